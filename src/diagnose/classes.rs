@@ -1,4 +1,4 @@
-//! Classes of effects that one recording seldom separates.
+//! Classes of effects that one recording rarely separates.
 
 use crate::motor::catalogue::ids;
 
@@ -42,13 +42,11 @@ const CLASSES: [(&str, &[&str]); 6] = [
     ("driving", &[ids::LOAD_FRICTION, ids::VOLTAGE_DROP]),
 ];
 
-/// The class of an effect.
 pub(crate) fn class_of(id: &str) -> Option<&'static str> {
     let found = CLASSES.iter().find(|(_, members)| members.contains(&id));
     found.map(|(class, _)| *class)
 }
 
-/// Members of a class.
 pub(crate) fn members_of(class: &str) -> &'static [&'static str] {
     let found = CLASSES.iter().find(|(id, _)| *id == class);
     found.map_or(&[], |(_, members)| members)

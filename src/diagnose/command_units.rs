@@ -1,7 +1,7 @@
-//! Parameters in units of the command, where no torque is known.
+//! Parameters in units of the command, if no torque is known.
 //!
-//! Voltage and counts determine a torque only as R/Kt times it, in V, and an inductance only as L/R, in s. A number in N m, ohm or H
-//! would be that of an assumed resistance.
+//! Voltage and counts determine a torque only times R/Kt, in V, and an inductance only over R, in s. A value in N m,
+//! ohm or H would depend on an assumed resistance.
 
 use super::model::Base;
 use super::report::{CommandInterval, Interval, NominalSource};
@@ -11,13 +11,13 @@ use crate::motor::{CommandKind, Parameters};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CommandUnits {
     kind: CommandKind,
-    /// Command for 1 N m.
+    /// Command per torque of 1 N m.
     per_nm: f64,
     resistance_ohm: f64,
 }
 
 impl CommandUnits {
-    /// None where torques are known, or stated by the handout.
+    /// `None` if torques are known, or stated by the handout.
     pub fn new(base: &Base, source: NominalSource) -> Option<Self> {
         let is_stated = source != NominalSource::Fit && !base.motor.resistance_assumed;
         let is_known = base.torque_identifiable || is_stated || base.kind == CommandKind::Torque;
@@ -32,7 +32,7 @@ impl CommandUnits {
         }
     }
 
-    /// An interval in units of the command; none of a number that is the same for every resistance and torque constant.
+    /// An interval in units of the command; `None` for a value that is independent of resistance and torque constant.
     pub fn of(self, interval: &Interval) -> Option<CommandInterval> {
         let (factor, unit) = self.of_unit(interval.unit)?;
         Some(CommandInterval {
@@ -44,7 +44,7 @@ impl CommandUnits {
         })
     }
 
-    /// Factor and new unit of a number in this unit.
+    /// Factor and new unit of a value in this unit.
     fn of_unit(self, unit: &str) -> Option<(f64, &'static str)> {
         let resistance_ohm = self.resistance_ohm;
         Some(match (self.kind, unit) {
@@ -71,7 +71,7 @@ mod tests {
     use crate::motor::catalogue::catalogue;
     use crate::motor::{ActiveEffect, Motor};
 
-    /// Each parameter of each effect is the same in these units, whatever the resistance is.
+    /// Each parameter of each effect has the same value in these units for any resistance.
     #[test]
     fn numbers_in_units_of_the_command_do_not_depend_on_the_resistance() {
         for kind in catalogue() {

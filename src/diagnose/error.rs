@@ -1,29 +1,29 @@
-//! Why runs cannot be diagnosed, and the looks that find it out before anything is fitted.
+//! Errors of a diagnosis, and the checks of runs before anything is fitted.
 
 use super::settings::conventions::{MOST_APART_S, PAUSE};
 use crate::motor::{CommandKind, SimulationError};
 use crate::plain::shown;
 use crate::recording::Run;
 
-/// Fewest samples of a run: five for a gain, a time constant, a start and an end.
+/// Fewest samples of a run: five each for gain, time constant, initial and final value.
 const LEAST_SAMPLES: usize = crate::check::FEWEST_SAMPLES;
 
-/// Why runs cannot be diagnosed.
+/// Errors of a diagnosis.
 #[derive(Debug, thiserror::Error)]
 pub enum DiagnoseError {
-    /// Nothing to look at.
+    /// No runs.
     #[error("no run is given\nhint: name at least one run file")]
     NoRuns,
-    /// A run that is too short.
+    /// A run with too few samples.
     #[error(
         "{run}: {samples} samples are too few for a diagnosis\nhint: record at least {LEAST_SAMPLES}", run = shown(run))]
     TooShort {
         /// Path or number of the run.
         run: String,
-        /// Its samples.
+        /// Its number of samples.
         samples: usize,
     },
-    /// Samples so far apart that no motor's response is seen between them.
+    /// The sample time is too long for a motor's response.
     #[error(
         "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed\n\
          hint: record with a sample time that resolves the motor's start; `motorlab check RUN` names wrong units", run = shown(run))]
@@ -33,19 +33,19 @@ pub enum DiagnoseError {
         /// Mean interval in s.
         mean_s: f64,
     },
-    /// More pause than recording.
+    /// Pauses are longer than the recording.
     #[error(
         "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample\n\
          hint: cut the file at its pauses and diagnose the parts together", run = shown(run))]
     MostlyPauses {
         /// Path or number of the run.
         run: String,
-        /// Time in pauses in s.
+        /// Total length of the pauses in s.
         missing_s: f64,
-        /// Time from the first sample to the last in s.
+        /// Length of the run in s.
         lasts_s: f64,
     },
-    /// A run without what a model is judged by, or driven by.
+    /// A run without position or command.
     #[error(
         "{run}: the {what} was not recorded (its header says so under `imported`), and a diagnosis needs it\n\
          hint: import the log with the column of the {what}, or see `motorlab check RUN` for the rest", run = shown(run))]
@@ -60,9 +60,9 @@ pub enum DiagnoseError {
     Mixed {
         /// Path or number of the run.
         run: String,
-        /// Its command column.
+        /// Its kind of command.
         found: &'static str,
-        /// That of the first.
+        /// That of the first run.
         first: &'static str,
     },
     /// A run that cannot be simulated.
@@ -70,15 +70,15 @@ pub enum DiagnoseError {
     Simulation {
         /// Path or number of the run.
         run: String,
-        /// Why.
+        /// Cause.
         source: SimulationError,
     },
-    /// The nominal motor makes no motion at all.
+    /// The nominal motor does not move.
     #[error(
         "the nominal motor cannot be fitted to these runs\nhint: check its parameters and their units: `motorlab motor FILE` lists them"
     )]
     NoFit,
-    /// No first-order motor follows these runs.
+    /// No first-order motor fits these runs.
     #[error(
         "no first-order motor fits these runs: the best leaves {left_counts:.1} counts RMS, a shaft at rest {at_rest_counts:.1}\n\
          hint: check that the command's column is this motor's, in volts and with the right sign; a motor file (--motor) needs no fit"
@@ -86,12 +86,11 @@ pub enum DiagnoseError {
     FitFailed {
         /// Residual of the best fit, in counts RMS.
         left_counts: f64,
-        /// Residual of a shaft that never turns.
+        /// Residual of a shaft at rest.
         at_rest_counts: f64,
     },
 }
 
-/// Name of a run: its path, or its number from 1.
 pub(crate) fn name_of(k: usize, run: &Run) -> String {
     match &run.path {
         Some(path) => path.display().to_string(),
@@ -125,7 +124,7 @@ pub(crate) fn usable(runs: &[Run]) -> Result<CommandKind, DiagnoseError> {
     Ok(first.command_kind)
 }
 
-/// Column that an imported log lacks and a diagnosis needs: the column is nought throughout.
+/// A column that an imported log lacks and a diagnosis needs; it is filled with zeros.
 fn not_recorded(run: &Run) -> Option<&'static str> {
     let imported = run.header.get("imported")?;
     ["position", "command"]
@@ -133,7 +132,7 @@ fn not_recorded(run: &Run) -> Option<&'static str> {
         .find(|what| imported.get(what).and_then(toml::Value::as_str) == Some("not recorded"))
 }
 
-/// Samples close enough to see a motor's response between them, and more recording than pause.
+/// Checks that samples are close enough for a motor's response, and that the recording is longer than its pauses.
 fn sampled_enough(name: &str, run: &Run) -> Result<(), DiagnoseError> {
     let mut steps: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let lasts_s = run.t_s[run.len() - 1] - run.t_s[0];

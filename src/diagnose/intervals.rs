@@ -33,7 +33,7 @@ pub(crate) fn covariance(segments: &Segments, base: &Base, fit: &Fit) -> DMatrix
         .unwrap_or_else(|| DMatrix::zeros(n, n))
 }
 
-/// The interval of parameter `k` in SI, and in units of the command where no torque is known.
+/// The interval of parameter `k` in SI, and in units of the command if no torque is known.
 pub(crate) fn interval(
     segments: &Segments,
     fit: &Fit,
@@ -43,7 +43,7 @@ pub(crate) fn interval(
 ) -> Interval {
     let unit = unit_of(fit.model.parameters[k].id);
     let own = ends(segments, fit, covariance, k, has_torque(unit));
-    // R and Kt do not enter there, nor do their tolerances.
+    // R and Kt, and their tolerances, cancel there.
     let in_command = units.and_then(|units| {
         let own = ends(segments, fit, covariance, k, false);
         units.of(&Interval { unit, ..own })
@@ -55,7 +55,7 @@ pub(crate) fn interval(
     }
 }
 
-/// Value and ends of the interval, with the tolerances of R and Kt or without.
+/// Value and ends of the interval, with or without the tolerances of R and Kt.
 fn ends(
     segments: &Segments,
     fit: &Fit,
@@ -66,7 +66,7 @@ fn ends(
     let Parameter { log, lo, hi, .. } = fit.model.parameters[k];
     let x = fit.x[k];
     let mut deviation = covariance[(k, k)].max(0.0).sqrt();
-    // Torques, inertias and currents are seen relative to R and Kt, whose tolerances add.
+    // Torques, inertias and currents are identifiable relative to R and Kt only, whose tolerances add.
     if is_relative {
         let share = if log { 1.0 } else { x.abs() };
         deviation = deviation.hypot(fit.model.scale * share);
@@ -90,8 +90,8 @@ fn ends(
     }
 }
 
-/// Where towards a limit the profile likelihood of a parameter that the prediction does not depend on smoothly leaves the 95 % interval:
-/// a threshold between two commanded levels is known no better than to lie between them.
+/// End of the 95 % interval towards a limit by the profile likelihood, for a parameter of which the prediction is not
+/// a smooth function: a threshold between two commanded levels can only be located between them.
 fn profile_end(segments: &Segments, fit: &Fit, k: usize, limit: f64, n_eff: f64) -> f64 {
     let least = fit.square_sum();
     let is_beyond = |at: f64| {
@@ -105,7 +105,7 @@ fn profile_end(segments: &Segments, fit: &Fit, k: usize, limit: f64, n_eff: f64)
     let from = fit.x[k];
     let at = |share: f64| from + share * (limit - from);
     let (mut inside, mut beyond) = (0.0, 1.0);
-    // From a thousandth of the range outwards, then between the last two.
+    // Outwards from a thousandth of the range, then by bisection.
     let mut share = solver::PROFILE_FIRST;
     while share < 1.0 {
         if is_beyond(at(share)) {
@@ -126,14 +126,14 @@ fn profile_end(segments: &Segments, fit: &Fit, k: usize, limit: f64, n_eff: f64)
     at(beyond)
 }
 
-/// Whether a unit is one of those that voltage and counts tell only relative to R and Kt.
+/// Whether values in this unit are identifiable relative to R and Kt only.
 fn has_torque(unit: &str) -> bool {
     ["N m", "kg m", "A"]
         .iter()
         .any(|start| unit.starts_with(start))
 }
 
-/// Unit of a parameter of an effect; empty of a base parameter, which is a share of the motor file's.
+/// Unit of an effect's parameter; empty for a base parameter, which is relative to the motor file's.
 fn unit_of(id: ParameterId) -> &'static str {
     match id {
         ParameterId::Nominal(_) => "",

@@ -4,9 +4,9 @@
 //! runs -> segments -> re-identification -> relevance -> search -> posterior -> nested fits -> error budget -> verdict -> sentence
 //! ```
 //!
-//! One measure: the multi-step prediction error of the position over segments, initial states corrected (`segments`). It is fitted
-//! (`fit`), scored (`score`), held out (`budget`) and reported. A set of effects is judged by one score, the verdict by the error
-//! budget and the posterior alone (`verdict`).
+//! One measure: the multi-step prediction error of the position over segments, initial states corrected (`segments`).
+//! It is fitted (`fit`), scored (`score`), held out (`budget`) and reported. Sets of effects are compared by one
+//! score; the verdict follows from the error budget and the posterior alone (`verdict`).
 
 mod budget;
 mod classes;
@@ -66,29 +66,29 @@ use settings::conventions::SEARCH_SHARE;
 /// Options of a diagnosis besides its runs and its motor.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
-    /// Runs that nothing is fitted to and nothing is chosen by: the error budget is measured on them.
+    /// Held-out runs, on which the error budget is measured.
     pub held_out: &'a [Run],
-    /// Earlier runs of the same axis, or runs of another of its kind: the diagnosis is of what differs from them.
+    /// Earlier runs of the same axis, or runs of another of its kind: the diagnosis is of the difference from them.
     pub reference: &'a [Run],
-    /// Groups of runs that repeat each other, beside those that have the same commands.
+    /// Groups of runs that repeat each other, in addition to those with the same commands.
     pub repeats: &'a [Vec<usize>],
-    /// An error that is accepted.
+    /// The accepted error.
     pub good_enough: Option<GoodEnough>,
     /// Whether a finding about the recordings is fatal.
     pub is_doubtful: bool,
-    /// Where the parameters of the motor come from.
+    /// Source of the motor's parameters.
     pub nominal_source: NominalSource,
-    /// The command line that asks this, which the next step repeats. None where the runs' names say enough.
+    /// The command line, which the proposed next step repeats. `None` if the runs' names suffice.
     pub asked: Option<&'a str>,
-    /// Motors whose sets of effects are fitted in any case, from their values: what the search might miss.
+    /// Motors whose sets of effects are fitted in any case, from their values, in case the search misses them.
     pub proposed: &'a [Motor],
-    /// Is told what is being done.
+    /// Receives the present activity.
     pub progress: &'a dyn Fn(&str),
-    /// Is told an estimate of the share of the work that is done.
+    /// Receives an estimate of the share of the work that is done.
     pub done: &'a dyn Fn(f64),
-    /// Whether a tenth of the samples is enough for a quick answer.
+    /// Whether the search is restricted to a tenth of the samples.
     pub quick: bool,
-    /// Numbers of the method.
+    /// Settings of the method.
     pub settings: Settings,
 }
 
@@ -111,8 +111,8 @@ impl Default for Options<'_> {
     }
 }
 
-/// Diagnoses runs of one motor: where the error between recording and simulation lies, which unmodelled effects cause it, how much of it
-/// they remove.
+/// Diagnoses runs of one motor: location of the error between recording and simulation, the unmodelled effects that
+/// cause it, and the share that they remove.
 ///
 /// # Errors
 /// No runs, runs that are too short or of different axes, runs or motors that cannot be simulated.
@@ -160,7 +160,7 @@ pub fn diagnose(
         }
         _ => reference::compared(prepared, stated.largest(), earlier, motor, options)?,
     };
-    // The reference's error on its own runs is its error on unchanged ones.
+    // The reference's error on its own runs is its error for an unchanged motor.
     if let Some(reference) = &reference {
         stated.repeats = Some(stated.repeats.unwrap_or(0.0).max(reference.rms_counts));
     }

@@ -1,7 +1,8 @@
-//! The nested models of the error budget: nominal, re-identified parameters, with one identified effect after the other.
+//! The nested models of the error budget: nominal, re-identified parameters, with one identified effect after the
+//! other.
 //!
-//! In: segments, the identified effects, fits of the search to start from. Out: one least-squares fit per step, each of which leaves no more
-//! than the one before. They are the only source of reported figures, intervals and motor files.
+//! In: segments, the identified effects, fits of the search as starts. Out: one least-squares fit per step, each with
+//! an error no larger than the one before. They are the only source of reported figures, intervals and motor files.
 
 use super::fit::{Fit, Metric, fit};
 use super::model::{Base, Member, Model};
@@ -11,7 +12,6 @@ use super::settings::solver::WITHIN_OPTIMUM;
 use crate::motor::catalogue::ids;
 use crate::motor::fit::ParameterId;
 
-/// One step.
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
     /// `nominal`, `parameters` or the id of an effect.
@@ -19,7 +19,8 @@ pub(crate) struct Step {
     pub fit: Fit,
 }
 
-/// Plain least squares: every sample is an observation, so that the prior decides only what the data do not.
+/// Plain least squares: every sample is an observation, so that the prior matters only where the data do not
+/// determine a parameter.
 pub(crate) fn least_squares(
     segments: &Segments,
     model: &Model,
@@ -27,7 +28,7 @@ pub(crate) fn least_squares(
 ) -> Option<Fit> {
     let metric = Metric::LeastSquares;
     let found = fit(segments, model, starts, metric, None)?;
-    // Once more with a new damping: along a valley the first ends early.
+    // Once more with initial damping: in a valley the first fit ends early.
     fit(segments, model, &[found.x], metric, None)
 }
 
@@ -49,7 +50,8 @@ pub(crate) fn without_effects(segments: &Segments, base: &Base, none: &Fit) -> O
     ])
 }
 
-/// The same with these effects, in the order of what they remove; an effect that removes nothing ends the list.
+/// The same with these effects, in the order of the error that they remove; an effect that removes none ends the
+/// list.
 pub(crate) fn with_effects(
     segments: &Segments,
     base: &Base,
@@ -68,7 +70,7 @@ pub(crate) fn with_effects(
             Some((k, extended(segments, base, with, &before, found)?))
         });
         let best = fits.min_by(|a, b| a.1.square_sum().total_cmp(&b.1.square_sum()));
-        // A larger model is not reported with a larger error than the one that it extends, but for the convergence of the fits.
+        // Except for the convergence of the fits, a larger model has no larger error than the one that it extends.
         let n = before.corrected.len() as f64;
         let most = before.square_sum() * (2.0 * WITHIN_OPTIMUM / n).exp();
         let Some((k, fit)) = best.filter(|(_, fit)| fit.square_sum() <= most) else {
@@ -81,7 +83,6 @@ pub(crate) fn with_effects(
     steps
 }
 
-/// The fit with the smaller error.
 fn smaller(before: &Fit, fit: Fit) -> Fit {
     if fit.square_sum() <= before.square_sum() {
         fit
@@ -90,7 +91,7 @@ fn smaller(before: &Fit, fit: Fit) -> Fit {
     }
 }
 
-/// A model fitted from the step before, and from every fit of the search that has its effects.
+/// A model fitted from the step before, and from every fit of the search with its effects.
 fn extended(
     segments: &Segments,
     base: &Base,
@@ -101,7 +102,7 @@ fn extended(
     let model = Model::new(base, members);
     let ids = model.ids();
     let mut starts = vec![model.start_from(&before.model, &before.x)];
-    // The same counts of a motor that is as much faster as edges are lost.
+    // Lost edges: the same counts for a motor that is faster by their share.
     let motor = model.motor(&starts[0]);
     let lost = ParameterId::effect(ids::MISSED_COUNTS, "probability").and_then(|id| id.get(&motor));
     starts.extend(lost.map(|lost| model.faster(&starts[0], 1.0 - lost)));
@@ -109,7 +110,8 @@ fn extended(
         let own = set.fit.ids();
         ids.iter().all(|id| own.contains(id))
     };
-    // The same error with another prior: a base parameter that an effect frees, edges that a faster motor makes up for.
+    // The same error with another prior: a base parameter that an effect widens, lost edges compensated by a faster
+    // motor.
     let same = starts
         .iter()
         .filter_map(|x| Fit::at(segments, &model, x.clone()));
@@ -121,13 +123,13 @@ fn extended(
     same.into_iter().chain(fitted).min_by(smaller)
 }
 
-/// An effect as the best set that contains it has it, its discrete values included.
+/// An effect with the values of the best set that contains it, discrete values included.
 fn member_of(found: &Found, id: &str) -> Option<Member> {
     found.sets.iter().find_map(|set| {
         let members = &set.fit.model.members;
         let place = members.iter().position(|member| member.id() == id)?;
         let mut member = members[place].clone();
-        // Fitted values replace the ones that its fit started from.
+        // Fitted values replace the start.
         let motor = set.fit.model.motor(&set.fit.x);
         if let Some(effect) = motor.effects.get(id) {
             member.values = effect.values[..member.values.len()].to_vec();

@@ -1,7 +1,8 @@
-//! A nominal motor where nothing is known: least squares of the model without effects.
+//! Fit of a nominal motor: least squares of the model without effects.
 //!
-//! It starts from plain fits of whole runs and of parts in open loop ([`least_squares`](crate::least_squares)), from the equation-error
-//! regression and from the given motor, and never leaves more than the given motor. Parameters that voltage and counts do not determine (`R`, `Kt`) stay as given.
+//! It starts from plain fits of whole runs and of parts in open loop ([`least_squares`](crate::least_squares)), from
+//! the equation-error regression and from the given motor, and its error is never larger than the given motor's.
+//! Parameters that voltage and counts do not determine (`R`, `Kt`) keep their given values.
 
 use std::ops::Range;
 
@@ -22,27 +23,29 @@ use crate::least_squares::{FirstOrderMotor, Record, columns, plain_fit, start_of
 use crate::motor::{CommandKind, Motor};
 use crate::recording::Run;
 
-/// A motor that was fitted to runs.
+/// A fitted motor.
 #[derive(Debug, Clone)]
 pub struct NominalFit {
     /// The motor.
     pub motor: Motor,
     /// Residual RMS in counts over segments.
     pub left_counts: f64,
-    /// The same of the given motor; none where it cannot be simulated.
+    /// The same for the given motor; `None` if it cannot be simulated.
     pub given_left_counts: Option<f64>,
-    /// The same of a shaft that never turns: how far these runs go.
+    /// The same for a shaft at rest: the extent of the motion.
     pub at_rest_counts: f64,
     /// Whether torques are identifiable in N m: a load or a disc is known in one of the runs.
     pub knows_torque: bool,
-    /// Whether the motor is the given one, since no other leaves less.
+    /// Whether the motor is the given one, because no other has a smaller error.
     pub is_given: bool,
 }
 
-/// The model without effects fitted to the runs, on top of `given` for what they do not determine.
+/// The model without effects fitted to the runs, with the values of `given` for parameters that they do not
+/// determine.
 ///
 /// # Errors
-/// Runs that are too short or of different axes, in which nothing moves, or that no first-order motor follows better than a shaft at rest.
+/// Runs that are too short or of different axes, without motion, or for which no first-order motor is better than a
+/// shaft at rest.
 ///
 /// ```
 /// use motorlab::diagnose::nominal_fit;
@@ -79,7 +82,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         let own = own.map(|own| model.start_with(own));
         let is_closed_loop = segments.runs.iter().any(|run| run.is_closed_loop);
         let found = match own.as_ref().filter(|_| is_closed_loop) {
-            // In closed loop the equation error is the better judge.
+            // In closed loop the equation error is the better criterion.
             Some(own) => Fit::at(segments, &model, own.clone()),
             None => {
                 starts.extend(own);
@@ -126,15 +129,15 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     })
 }
 
-/// The fit with a winding (L/R free) in place of the first-order one, where that leaves more than the noise floor and materially more than
-/// the fit with a winding.
+/// The fit with a winding (L/R free) in place of the first-order one, if the latter's error is above the noise floor
+/// and materially larger.
 fn with_winding(segments: &Segments, base: &Base, first_order: Fit) -> Fit {
     let motor = first_order.model.motor(&first_order.x);
     let has_winding = motor.parameters.inductance_h > 0.0;
     let n_eff = effective_observations(segments, &first_order.corrected);
     let leaves_more = |than: f64| exceeds(first_order.mean_square(), than, n_eff, &base.settings);
     let is_described = noise_floor(segments, &first_order).is_none_or(|floor| !leaves_more(floor));
-    // A logged speed may be filtered, which a winding imitates.
+    // A logged speed may be filtered, which is similar to a winding.
     let is_of_speeds = segments.runs.iter().any(|run| run.is_integrated);
     if base.kind != CommandKind::Voltage || has_winding || is_of_speeds || is_described {
         return first_order;
@@ -152,8 +155,8 @@ fn with_winding(segments: &Segments, base: &Base, first_order: Fit) -> Fit {
         .unwrap_or(first_order)
 }
 
-/// Where the fit starts: of the given motor and of the plain fits to whole runs and to parts as long as segments, the one that leaves
-/// least over segments.
+/// Start of the fit: the given motor or a plain fit to whole runs or to parts as long as segments, whichever has the
+/// smallest error over segments.
 fn start(
     runs: &[Run],
     given: &Motor,
@@ -197,7 +200,8 @@ fn start(
         .ok_or(DiagnoseError::NoFit)
 }
 
-/// Parts of a run of about so many seconds, each of so many samples at least, without those in which the drive was off.
+/// Parts of a run of about this length in s with at least this number of samples, without those in which the drive
+/// was off.
 fn cut(run: &Run, length_s: f64, least: usize) -> impl Iterator<Item = Range<usize>> + use<> {
     let sample_time_s = run.sample_time_s;
     let parts = driven(run.t_s.len(), &off_under_command(run), least);
@@ -219,7 +223,7 @@ fn with_tolerances(
     motor
 }
 
-/// Residual RMS of a motor in counts; `None` where it cannot be simulated.
+/// Residual RMS of a motor in counts; `None` if it cannot be simulated.
 fn left_by(motor: &Motor, prepared: &Prepared) -> Option<f64> {
     let mut base = prepared.base.clone();
     base.motor = motor.clone();

@@ -1,4 +1,4 @@
-//! From runs to fitted sets: the part of a diagnosis that reads data.
+//! From runs to fitted sets: the steps of a diagnosis that use the data.
 
 use crate::motor::catalogue::ids;
 use std::cell::Cell;
@@ -18,18 +18,18 @@ use crate::motor::Motor;
 use crate::motor::catalogue::find;
 use crate::recording::Run;
 
-/// Runs cut into segments, and what all models of them share.
+/// Runs cut into segments, and the data shared by all models of them.
 pub(crate) struct Prepared {
     /// Segments of the whole runs.
     pub all: Segments,
-    /// The subset that is searched, where the runs are long.
+    /// The searched subset of long runs.
     pub subset: Option<Subset>,
     pub runs: Vec<Run>,
     pub base: Base,
 }
 
 impl Prepared {
-    /// Of these runs; a quick answer searches a subset of short runs too.
+    /// For these runs; a quick answer searches a subset of short runs too.
     pub fn new(
         runs: &[Run],
         motor: &Motor,
@@ -47,7 +47,7 @@ impl Prepared {
         };
         let clocks = all.runs.iter().filter_map(|run| run.clock);
         let longest = clocks.max_by(|a, b| a.1.total_cmp(&b.1));
-        // A reading beyond what a clock errs by is none: rows that were sent faster than real time, or all at once.
+        // A larger error than a clock's is no measurement: rows were sent faster than real time, or all at once.
         let longest = longest.filter(|(error, _)| error.abs() < plausible_clock_error(&motor));
         let base = Base {
             kind,
@@ -68,7 +68,7 @@ impl Prepared {
         })
     }
 
-    /// Segments that are searched, and the runs that they are of.
+    /// Searched segments, and their runs.
     pub fn searched(&self) -> (&Segments, &[Run]) {
         match &self.subset {
             Some(subset) => (&subset.segments, &subset.runs),
@@ -77,7 +77,7 @@ impl Prepared {
     }
 }
 
-/// Largest relative error of a clock that the catalogue holds plausible.
+/// Largest plausible rate error of a clock in the catalogue.
 fn plausible_clock_error(motor: &Motor) -> f64 {
     let parameter = find(ids::CLOCK_ERROR).and_then(|(_, kind)| kind.parameters.first());
     parameter.map_or(0.0, |parameter| parameter.range(&motor.parameters, 1.0).1)
@@ -101,12 +101,12 @@ pub(crate) struct Searched {
     pub all: Segments,
     /// Maximum posterior fit without effects.
     pub none: Fit,
-    /// Noise floor in counts RMS: what simulated recordings of the re-identified motor leave.
+    /// Noise floor in counts RMS: residual for simulated recordings of the re-identified motor.
     pub quantization: f64,
     pub found: Found,
 }
 
-/// Fits, tests relevance, searches; the stated floor is what repeats differ by or the user accepts, in counts RMS.
+/// Fits, tests relevance, searches; the stated floor is repeatability or the accepted error, in counts RMS.
 pub(crate) fn searched(
     prepared: &Prepared,
     stated_floor_counts: f64,
@@ -125,7 +125,7 @@ pub(crate) fn searched(
     let n_eff = effective_observations(segments, &nominal.corrected);
     let first = fit(segments, &model, &starts, Metric::ScaleFree(n_eff), None);
     let first = first.ok_or(DiagnoseError::NoFit)?;
-    // Initial states are corrected for the motor that is found, once.
+    // Initial states are corrected once for the fitted motor.
     let tau_s = fitted_time_constant_s(&first);
     let segments = segments.clone().with_time_constant(tau_s);
     let all = all.clone().with_time_constant(tau_s);
@@ -163,7 +163,7 @@ pub(crate) fn searched(
     )?;
     let coarse = coarse.as_ref().map_or(&segments, |subset| &subset.segments);
     let begun = if is_relevant { &none } else { &refitted };
-    // How many rounds there are is known at the end: each is reported as a part of what is left.
+    // The number of rounds is unknown: each is reported as a part of the remaining share.
     let share = Cell::new(REFITTED_SHARE);
     let progress = |what: &str| {
         done(share.get());

@@ -1,7 +1,7 @@
 //! Parameters of random effects (lost edges, late samples): maximum likelihood of the variance that they predict.
 //!
-//! In: a fit. Out: the same with these parameters where the likelihood is largest, all others moved along by linear steps. Least squares
-//! does not see them: a variance has no residual.
+//! In: a fit. Out: the fit with these parameters at the maximum of the likelihood and all others changed by linear
+//! steps. Least squares does not depend on them: a variance has no residual.
 
 use super::fit::Fit;
 use super::model::{Base, predict};
@@ -9,7 +9,7 @@ use super::score::likelihood;
 use super::segments::Segments;
 use super::settings::solver::{BISECTIONS, RANDOM_STEP, SAME};
 
-/// A fit with the likeliest parameters of its random effects: steps that are halved where they lead no further.
+/// A fit with maximum likelihood parameters of its random effects: a step search with halving.
 pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit {
     if !fit.model.is_random() {
         return fit;

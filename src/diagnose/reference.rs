@@ -1,11 +1,13 @@
-//! Then and now: what differs between these runs and reference runs of the same axis.
+//! Change detection: the difference between these runs and reference runs of the same axis.
 //!
-//! The reference runs are diagnosed first. The least-squares fit of their identified set is the nominal motor of these runs and its
-//! covariance their prior: to second order the joint fit of both with every parameter shared, but for those that an effect frees.
+//! The reference runs are diagnosed first. The least-squares fit of their identified set is the nominal motor of
+//! these runs and its covariance their prior: to second order the joint fit of both with all parameters shared,
+//! except those that an effect widens.
 //!
-//! An effect that these runs show may have been there before, where the reference runs do not show it. So each is judged by the joint
-//! score of both groups: once as an effect of these runs alone (free by group), once as an effect of the motor of both (shared). Unless
-//! the first is confidently more probable, the effect belongs to the reference, and these runs are searched anew.
+//! An effect in these runs may have been present before, if the reference runs do not show it. Each is therefore
+//! judged by the joint score of both groups: as an effect of these runs alone (free by group) and as an effect of the
+//! motor of both (shared). Unless the first is confidently more probable, the effect belongs to the reference, and
+//! these runs are searched again.
 
 use nalgebra::DMatrix;
 
@@ -27,7 +29,7 @@ use crate::motor::Motor;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
 
-/// A group of runs under one base, with the number of observations of its score.
+/// A group of runs with one base, and the number of observations of its score.
 struct Group<'a> {
     segments: &'a Segments,
     base: Base,
@@ -35,7 +37,7 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// The scale-free score of a fit, and the fit: that of a model with these members from the parameters of other fits.
+    /// The scale-free score of a fit, and the fit: of a model with these members, started from other fits.
     fn fitted(&self, members: Vec<Member>, from: &[&Fit]) -> Option<(f64, Fit)> {
         let model = Model::new(&self.base, members);
         let mut starts = vec![model.start()];
@@ -46,7 +48,7 @@ impl Group<'_> {
     }
 }
 
-/// The search of these runs after reference runs, what was prepared for it, and the report of the reference.
+/// The search of these runs after reference runs, its prepared data, and the report of the reference.
 pub(super) fn compared(
     mut prepared: Prepared,
     stated_floor_counts: f64,
@@ -57,7 +59,7 @@ pub(super) fn compared(
     usable(&[&prepared.runs[..1], &earlier[..1]].concat())?;
     let settings = &options.settings;
     let mut then = Prepared::new(earlier, motor, settings, options.quick)?;
-    // One motor has the same parameters then and now.
+    // A motor has one set of parameters in both groups.
     let torque_identifiable = prepared.base.torque_identifiable || then.base.torque_identifiable;
     prepared.base.torque_identifiable = torque_identifiable;
     then.base.torque_identifiable = torque_identifiable;
@@ -99,7 +101,6 @@ pub(super) fn compared(
     }
 }
 
-/// The least-squares fit of the effects that are identified.
 fn identified_fit(then: &Prepared, found: &Searched, settings: &Settings) -> Option<Fit> {
     let Searched {
         segments,
@@ -114,7 +115,8 @@ fn identified_fit(then: &Prepared, found: &Searched, settings: &Settings) -> Opt
     steps.into_iter().next_back().map(|step| step.fit)
 }
 
-/// The fit of the reference with one of the identified effects of these runs more, unless the joint score says that it is in these runs
+/// The fit of the reference with one more of the identified effects of these runs, unless the joint score assigns it
+/// to these runs alone.
 /// alone.
 fn shared(
     (then, reference, now, found): (&Prepared, &Searched, &Prepared, &Searched),
@@ -149,18 +151,18 @@ fn shared(
         Some((score + now.0, with))
     });
     let best = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    // Only what is confidently of these runs alone is a change.
+    // Only a confident difference is a change.
     let odds = settings.confident / (1.0 - settings.confident);
     (apart - best.0 < odds.ln()).then_some(best.1)
 }
 
-/// The motor that reference runs determine, and how well.
+/// The motor of the reference runs with its posterior.
 fn posterior_of(segments: &Segments, base: &Base, fit: &Fit) -> (Motor, ReferencePosterior) {
     let motor = fit.model.motor(&fit.x);
     let parameters = &fit.model.parameters;
     let mut covariance: DMatrix<f64> = covariance(segments, base, fit);
     for (k, parameter) in parameters.iter().enumerate() {
-        // A base parameter is a share of the motor's value, which is now the fitted one.
+        // A base parameter is relative to the motor's value, which is now the fitted one.
         if matches!(parameter.id, ParameterId::Nominal(_)) {
             covariance.row_mut(k).scale_mut(1.0 / fit.x[k]);
             covariance.column_mut(k).scale_mut(1.0 / fit.x[k]);
@@ -192,8 +194,8 @@ mod tests {
         diagnose(runs, &Motor::default(), &options).expect("a diagnosis")
     }
 
-    /// A motor whose friction is not the file's, then and now: no change, though the file is wrong. With a dead zone now, that is the
-    /// change, and it is named.
+    /// A motor whose friction differs from the file's in both groups: no change, though the file is wrong. With a
+    /// dead zone in the later runs, that is the change.
     #[test]
     fn what_was_there_before_is_no_change() {
         let mut then = motor_with(&[("voltage_drop", &[0.6])]);

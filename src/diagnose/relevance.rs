@@ -1,8 +1,9 @@
-//! The relevance test: whether a model leaves more than simulated recordings of itself do.
+//! The relevance test: whether a model's error exceeds that for simulated recordings of itself.
 //!
-//! In: segments and a fit. Out: the noise floor, the mean square that the model leaves of its own prediction with the encoder's
-//! quantization, and the rounding of the speeds where a log has no position, initial states measured anew (parametric bootstrap over where
-//! in a count the encoder stands, and in their last digit the speeds), or what repeats and the user say of it if that is more.
+//! In: segments and a fit. Out: the noise floor, the mean square residual of the model for its own prediction with
+//! quantization by the encoder, or by the rounded speeds of a log without position, initial states measured again
+//! (parametric bootstrap over the fraction of a count, or over the last digit of the speeds); or repeatability and
+//! the accepted error, if larger.
 
 use super::fit::Fit;
 use super::model::{corrected_residual, mean_square, simulated_counts};
@@ -12,7 +13,7 @@ use super::settings::Settings;
 use super::settings::conventions::ONE_SIDED_95;
 use super::settings::solver::PHASES;
 
-/// The largest mean square in counts^2 that a fit's motor leaves of simulated recordings of itself.
+/// The largest mean square residual in counts^2 of a fit's motor for simulated recordings of itself.
 pub(crate) fn noise_floor(segments: &Segments, fit: &Fit) -> Option<f64> {
     let motor = fit.model.motor(&fit.x);
     let tau_s = fitted_time_constant_s(fit);
@@ -25,7 +26,8 @@ pub(crate) fn noise_floor(segments: &Segments, fit: &Fit) -> Option<f64> {
     Some(most)
 }
 
-/// Whether a mean square exceeds a noise floor by more than an immaterial share and by more than its sampling error (one-sided 95 %): that
+/// Whether a mean square exceeds a noise floor by more than an immaterial share and by more than its sampling error
+/// (one-sided 95 %): that of a mean of `n_eff` squares of normal variates.
 /// of a mean of `n_eff` squares of normal numbers.
 pub(crate) fn exceeds(mean_square: f64, floor: f64, n_eff: f64, settings: &Settings) -> bool {
     let sampling = ONE_SIDED_95 * (2.0 / n_eff).sqrt();

@@ -1,4 +1,4 @@
-//! Recordings in the document of a diagnosis: unit and time of each.
+//! Recordings in the document of a diagnosis: motor and time of each.
 
 use serde::Serialize;
 
@@ -9,11 +9,11 @@ use crate::recording::Run;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// The gap is explained on it.
+    /// It is diagnosed.
     Diagnosed,
-    /// Nothing is fitted to it.
+    /// It is held out.
     HoldOut,
-    /// The others are held against it.
+    /// It is a reference.
     Reference,
 }
 
@@ -24,7 +24,7 @@ pub struct RunFacts {
     role: Role,
     /// The header's `unit`, else the serial number of the board's USB device.
     unit: Option<String>,
-    /// As the header has it.
+    /// As in the header.
     started: Option<String>,
     samples: usize,
     sample_time_s: f64,
@@ -47,7 +47,7 @@ impl<'a, T> WithRuns<'a, T> {
 }
 
 impl RunFacts {
-    /// Of all runs, in their order.
+    /// Facts of all runs, in their order.
     pub fn of<const N: usize>(runs: [(Role, &Vec<Run>); N]) -> Vec<Self> {
         let of_role = |(role, runs): (Role, &Vec<Run>)| -> Vec<Self> {
             runs.iter().map(|run| Self::of_run(role, run)).collect()

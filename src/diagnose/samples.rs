@@ -1,4 +1,4 @@
-//! Recordings of simulated motors for unit tests.
+//! Simulated recordings for unit tests.
 
 use crate::motor::{ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, simulate};
 use crate::recording::Run;
@@ -16,7 +16,7 @@ pub(crate) fn motor_with(effects: &[(&str, &[f64])]) -> Motor {
     motor
 }
 
-/// A motor on levels of both signs with rests, 0.51 s each, from rest.
+/// A motor at levels of both signs with rests, 0.51 s each, from rest.
 pub(crate) fn recording(motor: &Motor, samples: usize) -> Run {
     let levels = [4.5, 0.0, -2.0, 0.8, 3.0, -4.0, 0.5, 1.5, -1.1, 0.0];
     let t_s: Vec<f64> = (0..samples).map(|k| k as f64 * SAMPLE_TIME_S).collect();

@@ -1,11 +1,11 @@
-//! The noise floor: quantization, what repeats of one command differ by, and what the user accepts.
+//! The noise floor: quantization, repeatability, and the error accepted by the user.
 
 use crate::diagnose::report::{FloorParts, GoodEnough};
 use crate::diagnose::segments::{Recording, Segments};
 use crate::diagnose::settings::conventions::{REPEATED_SHARE, SAME_COMMAND};
 use crate::recording::Run;
 
-/// The parts of the floor of these runs, which the segments are of, before quantization is known.
+/// The parts of these runs' floor that are known before quantization.
 pub(crate) fn stated_floor(
     runs: &[Run],
     segments: &Segments,
@@ -23,7 +23,7 @@ pub(crate) fn stated_floor(
     }
 }
 
-/// Travel of a segment in counts, from its lowest to its highest; the median over segments.
+/// Travel within a segment in counts, from the lowest to the highest; the median over segments.
 pub(crate) fn travel(segments: &Segments) -> f64 {
     let of_segment = |range: std::ops::Range<usize>| {
         let counts = &segments.counts[range];
@@ -40,7 +40,6 @@ pub(crate) fn travel(segments: &Segments) -> f64 {
     )
 }
 
-/// The middle value; of an even number the mean of the two. 0 of none.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
@@ -50,8 +49,9 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     0.5 * (values[(n - 1) / 2] + values[n / 2])
 }
 
-/// Difference between repeated runs over segments, in counts RMS as one run's share: the median over pairs, so that one pair does
-/// not decide. Repeats have the same commands and the same known differences, or are stated (`said`: groups of indices).
+/// Repeatability over segments in counts RMS, as one run's share: the median over pairs of repeated runs, which is
+/// robust against one pair. Runs repeat each other if commands and known differences are the same, or if stated
+/// (`said`: groups of indices).
 fn repeats(runs: &[Run], segments: &Segments, said: &[Vec<usize>]) -> Option<f64> {
     let mut by_pair = Vec::new();
     for (i, a) in segments.runs.iter().enumerate() {
@@ -79,7 +79,7 @@ fn repeats(runs: &[Run], segments: &Segments, said: &[Vec<usize>]) -> Option<f64
     (!by_pair.is_empty()).then(|| median(by_pair))
 }
 
-/// Whether two runs have the same commands within one sample, at the same sample time, over nearly the same length.
+/// Whether two runs have the same commands within one sample, the same sample time, and nearly the same length.
 fn is_repeated(a: &Recording, b: &Recording) -> bool {
     let (n, m) = (a.command.len(), b.command.len());
     let shorter = n.min(m);
@@ -102,7 +102,7 @@ mod tests {
     use crate::diagnose::settings::Settings;
     use crate::motor::Motor;
 
-    /// One sample of the 100 at least that a segment of these has.
+    /// One of at least 100 samples of a segment.
     const ONE_SAMPLE: f64 = 0.01;
 
     fn floor_of(runs: &[Run], said: &[Vec<usize>]) -> Option<f64> {
@@ -110,7 +110,8 @@ mod tests {
         repeats(runs, &segments, said)
     }
 
-    /// Two runs that differ by 2 counts at every other sample differ by 2/sqrt(2) RMS, of which one run's share is 1 (by hand).
+    /// Two runs that differ by 2 counts at every other sample differ by 2/sqrt(2) RMS, of which one run's share is 1
+    /// (by hand).
     #[test]
     fn repeats_are_found_by_their_commands() {
         let a = recording(&Motor::default(), 500);
@@ -119,7 +120,7 @@ mod tests {
             *count += 2;
         }
         let found = floor_of(&[a.clone(), b.clone()], &[]).expect("repeats");
-        // A segment of an odd number of samples has one more of either kind.
+        // A segment with an odd number of samples has one more of either kind.
         assert!((found - 1.0).abs() < ONE_SAMPLE, "{found}");
         let mut with_a_disc = a.clone();
         (with_a_disc.known.set("inertia_added_kg_m2", 0.002)).expect("a known key");
@@ -131,7 +132,7 @@ mod tests {
         assert!((said - 1.0).abs() < ONE_SAMPLE, "{said}");
     }
 
-    /// One pair that differs widely does not decide.
+    /// One pair with a large difference does not determine the result.
     #[test]
     fn one_outlying_repeat_does_not_decide() {
         let a = recording(&Motor::default(), 500);

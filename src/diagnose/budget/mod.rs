@@ -1,9 +1,10 @@
 //! The error budget: held-out squared error above the noise floor, split by step.
 //!
-//! In: the nested models (nominal, re-identified parameters, with one effect after the other) on held-out data. Out: for each step the share
-//! of the nominal reducible squared error that it removes, with 95 % intervals by the Bayesian bootstrap (Rubin 1981) over segments, or
-//! over runs where there are enough. Held out are `--hold-out` runs, segments outside of the searched subset, or the folds of a
-//! cross-validation, each predicted by one linear step from the fit on the other folds.
+//! In: the nested models (nominal, re-identified parameters, with one effect after the other) on held-out data. Out:
+//! for each step the share of the nominal reducible squared error that it removes, with 95 % intervals by the
+//! Bayesian bootstrap (Rubin 1981) over segments, or over runs where there are enough. Held out are `--hold-out`
+//! runs, segments outside the searched subset, or the folds of a cross-validation, each predicted by one linear step
+//! from the fit on the other folds.
 
 mod floor;
 mod place;
@@ -26,7 +27,8 @@ use super::settings::Settings;
 use super::settings::conventions::ENDS_95;
 use super::settings::solver::{DRAWS, SAME};
 
-/// Corrected residual of a fit by cross-validation: each block predicted from the fit on the other folds, to first order.
+/// Corrected residual of a fit by cross-validation: each block is predicted from the fit on the other folds, to first
+/// order.
 pub(crate) fn cross_validated(segments: &Segments, base: &Base, fit: &Fit) -> Vec<f64> {
     let mut out = fit.corrected.clone();
     let n_eff = effective_observations(segments, &fit.corrected);
@@ -38,7 +40,7 @@ pub(crate) fn cross_validated(segments: &Segments, base: &Base, fit: &Fit) -> Ve
         return out;
     };
     let folds = base.settings.folds;
-    // Segments are dealt to folds in turn; where they are fewer than folds, each is cut into as many blocks as there are folds.
+    // Segments are assigned to folds in turn; if there are fewer, each is cut into as many blocks as there are folds.
     let parts = if segments.segments.len() < folds {
         folds
     } else {
@@ -77,13 +79,13 @@ pub(crate) fn cross_validated(segments: &Segments, base: &Base, fit: &Fit) -> Ve
 pub(crate) struct Shares {
     /// RMS error in counts of each model.
     pub rms: Vec<f64>,
-    /// Reducible mean square left by each model relative to the nominal's: 1 of the nominal, the last is unexplained.
+    /// Reducible mean square of each model relative to the nominal's: 1 for the nominal, the last is unexplained.
     left: Vec<f64>,
     draws: Vec<Vec<f64>>,
 }
 
 impl Shares {
-    /// Of nested models on segments, nominal first, above the floor of each in counts RMS.
+    /// Shares of nested models on segments, nominal first, above each noise floor in counts RMS.
     pub fn new(
         segments: &Segments,
         models: &[Vec<f64>],

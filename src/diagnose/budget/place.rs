@@ -1,10 +1,11 @@
-//! Where the error lies: time intervals of one regime with their shares of the squared error above the noise floor.
+//! Location of the error: time intervals of one regime with their shares of the squared error above the noise floor.
 
 use crate::diagnose::report::{Regime, Region};
 use crate::diagnose::segments::{Segments, regimes};
 use crate::diagnose::settings::conventions::{LEAST_REGION, MOST_REGIONS};
 
-/// The intervals with the largest shares; all together have 1. `floor` in counts RMS. Samples of no segment are in none.
+/// The intervals with the largest shares; the sum over all is 1. `floor` in counts RMS. Samples outside segments are
+/// in none.
 pub(crate) fn regions(
     segments: &Segments,
     name: &dyn Fn(usize) -> String,
@@ -61,7 +62,7 @@ mod tests {
     use crate::diagnose::settings::Settings;
     use crate::motor::Motor;
 
-    /// Shares are those of the squares beyond the floor, and all intervals together have 1.
+    /// Shares are those of the squares above the floor, and their sum is 1.
     #[test]
     fn shares_are_those_of_the_squares() {
         let run = recording(&Motor::default(), 500);
@@ -71,7 +72,7 @@ mod tests {
         let of = |residual: &[f64], floor: f64| {
             regions(&segments, &|run| format!("run {run}"), residual, floor)
         };
-        // Steady turning at 4.5 V, and rest at 0 V.
+        // Steady motion at 4.5 V, and rest at 0 V.
         assert_eq!(of_sample[40], Regime::Steady);
         assert_eq!(of_sample[90], Regime::Standstill);
         let mut residual = vec![0.0; 500];
@@ -87,7 +88,7 @@ mod tests {
         assert!(found[0].from_s < 0.4 && found[0].to_s >= 0.4);
         assert!(of(&residual, 5.0).is_empty());
         let even = of(&vec![1.0; 500], 0.0);
-        // Every sample alike: an interval's share is that of its samples, and short ones are not listed.
+        // For equal errors an interval's share is that of its samples, and short ones are not listed.
         for region in &even {
             let samples = 1.0 + ((region.to_s - region.from_s) / 0.01).round();
             assert!((region.share - samples / 500.0).abs() < 1e-9, "{region:?}");

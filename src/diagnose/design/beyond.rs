@@ -1,7 +1,8 @@
-//! How much each effect changes recordings beyond what re-identified parameters make up for.
+//! Change of recordings by each effect beyond re-identified parameters.
 //!
-//! The commands of the recordings are simulated with the motor and one effect of the catalogue, and the parameters are re-identified from
-//! these counts as from recorded ones: what that leaves above its noise floor is the part of the effect that no parameters imitate.
+//! The commands of the recordings are simulated with the motor and one effect of the catalogue, and the parameters
+//! are re-identified from these counts as from recorded ones: the residual above its noise floor is the part of the
+//! effect that parameters do not imitate.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -17,16 +18,17 @@ use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use crate::recording::Run;
 
-/// An effect, and what it changes.
+/// An effect with its change of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beyond {
-    /// The effect, at the magnitude that a virtual board has where it names none.
+    /// The effect, at the default magnitude of a virtual board.
     pub effect: &'static str,
-    /// RMS in counts, above the noise floor, that re-identified parameters leave.
+    /// Residual RMS in counts of re-identified parameters, above the noise floor.
     pub rms_counts: f64,
 }
 
-/// Of each effect that the motor file lacks and that can be simulated, in the order of the catalogue. `done` receives the share that is done.
+/// For each effect that the motor file lacks and that can be simulated, in the order of the catalogue. `done`
+/// receives the finished share.
 pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync)) -> Vec<Beyond> {
     let settings = Settings::default();
     let lacking = |kind: &&EffectKind| motor.effects.get(kind.id).is_none();
@@ -44,7 +46,7 @@ pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync
         .collect()
 }
 
-/// Error that re-identified parameters leave of recordings with an effect; `None` where it cannot be simulated.
+/// Residual of re-identified parameters for recordings with an effect; `None` if it cannot be simulated.
 fn left(motor: &Motor, kind: &EffectKind, runs: &[Run], settings: &Settings) -> Option<f64> {
     let mut with = motor.clone();
     let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters).ok()?;
@@ -62,7 +64,7 @@ fn left(motor: &Motor, kind: &EffectKind, runs: &[Run], settings: &Settings) -> 
     Some((fit.mean_square() - floor).max(0.0).sqrt())
 }
 
-/// The commands of a run, played by a motor.
+/// A motor simulated with the commands of a run.
 fn simulated(motor: &Motor, run: &Run) -> Option<Run> {
     let mut motor = run.known.applied_to(motor);
     motor.parameters.counts_per_rev = run.counts_per_rev;
@@ -91,7 +93,7 @@ mod tests {
     use super::*;
     use crate::board::Profile;
 
-    /// A step to one voltage: a drop of voltage is a motor of other friction there, a compliance is not.
+    /// For a step to one voltage, a voltage drop is equivalent to another friction; a compliance is not.
     #[test]
     fn parameters_imitate_a_voltage_drop_and_no_compliance() {
         let motor = Motor::default();

@@ -3,7 +3,8 @@
 use crate::diagnose::report::KnownChange;
 use crate::motor::{KnownDifferences, Motor};
 
-/// The known changes that are tried: as much inertia again, with one digit because it is to be made, and another supply.
+/// Candidate changes: a disc that doubles the inertia, rounded to one digit because it has to be made, and another
+/// supply.
 pub(super) fn known_changes(motor: &Motor, supply_share: f64) -> [KnownChange; 2] {
     let p = &motor.parameters;
     let changes = [
@@ -16,7 +17,7 @@ pub(super) fn known_changes(motor: &Motor, supply_share: f64) -> [KnownChange; 2
     })
 }
 
-/// A change as simulations take it; none where there is none.
+/// A change in the form of simulations; `None` without one.
 pub(super) fn differences(change: Option<&KnownChange>) -> Option<KnownDifferences> {
     let mut known = KnownDifferences::default();
     if let Some(KnownChange { key, value }) = change {
@@ -26,7 +27,7 @@ pub(super) fn differences(change: Option<&KnownChange>) -> Option<KnownDifferenc
 }
 
 fn one_digit(value: f64) -> f64 {
-    // By way of text, or it has fifteen digits.
+    // Rounding by way of text, to avoid fifteen digits.
     format!("{value:.0e}").parse().unwrap_or(value)
 }
 

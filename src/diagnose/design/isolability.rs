@@ -1,7 +1,7 @@
-//! The isolability matrix: which effects a planned profile shows, and which it separates.
+//! The isolability matrix: effects that a planned profile shows and separates.
 //!
-//! Every effect has a typical magnitude as the truth. As the rival it has each of the magnitudes that the search starts from; the nearest
-//! counts, its parameters free within their ranges and the base parameters within their tolerances.
+//! The true effect has a typical magnitude. Its rival has each of the magnitudes from which the search starts; the
+//! nearest counts, with its parameters free within their ranges and the base parameters within their tolerances.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -29,18 +29,18 @@ pub struct Plan {
     pub duration_s: f64,
 }
 
-/// Two effects and the separation of the one from the other.
+/// Two effects and their separation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pair {
-    /// One.
+    /// One effect.
     pub a: &'static str,
     /// The other.
     pub b: &'static str,
-    /// The smaller of the two ways round, in standard deviations.
+    /// The smaller of the two directions, in standard deviations.
     pub separation: f64,
 }
 
-/// Effects that a planned profile can show: the document `motorlab-isolability/1`.
+/// Effects that a planned profile shows: the document `motorlab-isolability/1`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Isolability {
     /// `motorlab-isolability/1`.
@@ -49,25 +49,25 @@ pub struct Isolability {
     pub profile: String,
     /// Sample time in s.
     pub sample_time_s: f64,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
     /// Supply in V.
     pub supply_v: f64,
     /// Rows and columns of the matrix: `none`, then the catalogue.
     pub effects: Vec<&'static str>,
-    /// The magnitudes that stand for each effect.
+    /// The typical magnitude of each effect.
     pub magnitudes: BTreeMap<&'static str, BTreeMap<&'static str, f64>>,
-    /// `separation[i][j]`: of truth `i` from rival `j`, in standard deviations.
+    /// `separation[i][j]`: truth `i` from rival `j`, in standard deviations.
     pub separation: Vec<Vec<f64>>,
-    /// Below this two are not separable.
+    /// Threshold of the separation below which two effects are not separable.
     pub tie_below: f64,
     /// Effects that are not separable from `none`.
     pub cannot_see: Vec<Pair>,
-    /// Pairs of effects, each visible, that are not separable from each other.
+    /// Pairs of visible effects that are not separable from each other.
     pub cannot_tell_apart: Vec<Pair>,
 }
 
-/// Data that all models of a motor share before any recording.
+/// Data shared by all models of a motor before any recording.
 pub(super) fn base_of(motor: &Motor, sample_time_s: f64, settings: &Settings) -> Base {
     Base {
         motor: motor.clone(),
@@ -82,8 +82,8 @@ pub(super) fn base_of(motor: &Motor, sample_time_s: f64, settings: &Settings) ->
     }
 }
 
-/// The isolability matrix of a plan for a motor; `None` where the motor cannot be simulated on it. `done` is told the share of the
-/// simulations that are made.
+/// The isolability matrix of a plan for a motor; `None` if the motor cannot be simulated with it. `done` receives the
+/// share of finished simulations.
 pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> Option<Isolability> {
     let settings = Settings::default();
     let base = base_of(motor, plan.sample_time_s, &settings);
@@ -100,7 +100,7 @@ pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> O
     let mut rivals = vec![(0, none)];
     let mut effects = vec!["none"];
     let mut magnitudes = BTreeMap::new();
-    // Effects that the motor file has already are part of its model.
+    // Effects of the motor file are part of its model.
     let kinds = catalogue().iter().enumerate();
     for (index, kind) in kinds.filter(|(_, kind)| motor.effects.get(kind.id).is_none()) {
         let (values, others) = magnitudes_of(kind, &base);
@@ -118,7 +118,7 @@ pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> O
         .map(|(model, x)| planned.view((model, x), None))
         .inspect(|_| one_more())
         .collect();
-    // A rival at a time: its columns are large.
+    // One rival at a time: its columns are large.
     let columns: Vec<(usize, Vec<f64>)> = (rivals.par_iter())
         .map(|(column, (model, x))| {
             let rival = planned.view((model, x), Some(&model.precision));
@@ -154,8 +154,8 @@ pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> O
 }
 
 impl Isolability {
-    /// The smaller separation of the two ways round; from `none` that of the effect as the truth, because a rival of any magnitude may
-    /// be as small as nothing.
+    /// The smaller separation of the two directions; from `none` that of the effect as the truth, because a rival of
+    /// any magnitude may be arbitrarily small.
     pub fn between(&self, i: usize, j: usize) -> f64 {
         match (i, j) {
             (0, effect) | (effect, 0) => self.separation[effect][0],
@@ -163,7 +163,7 @@ impl Isolability {
         }
     }
 
-    /// Lists what is not separable, the least separation first.
+    /// Lists inseparable effects, the smallest separation first.
     fn list(&mut self) {
         let n = self.effects.len();
         let (visible, hidden): (Vec<usize>, Vec<usize>) =
@@ -186,7 +186,7 @@ impl Isolability {
     }
 }
 
-/// The motor with one effect, and the parameters of that.
+/// The motor with one effect, and its parameters.
 fn with(base: &Base, member: Option<Member>) -> (Model, Vec<f64>) {
     let model = Model::new(base, member.iter().cloned().collect());
     let mut x = model.start();
@@ -204,7 +204,8 @@ fn with(base: &Base, member: Option<Member>) -> (Model, Vec<f64>) {
     (model, x)
 }
 
-/// The typical values of an effect, the values that it has as a rival: the first parameter differs, the others are the catalogue's.
+/// Typical values of an effect, and its values as a rival: they differ in the first parameter, the others are the
+/// catalogue's defaults.
 fn magnitudes_of(kind: &EffectKind, base: &Base) -> (Vec<f64>, Vec<Vec<f64>>) {
     let p = &base.motor.parameters;
     let mut values: Vec<f64> = (kind.parameters.iter())
@@ -217,7 +218,7 @@ fn magnitudes_of(kind: &EffectKind, base: &Base) -> (Vec<f64>, Vec<Vec<f64>>) {
     let largest = tried
         .iter()
         .fold(0.0_f64, |most, value| most.max(value.abs()));
-    // Half of the largest, or what is nearest to it and away from what changes nothing.
+    // Half of the largest, or the nearest value that differs from the neutral one.
     let off = |value: &f64| (value - 0.5 * largest).abs();
     let typical = tried.iter().filter(|value| changes(first, base, **value));
     let typical = typical.min_by(|a, b| off(a).total_cmp(&off(b))).copied();
@@ -232,7 +233,7 @@ fn magnitudes_of(kind: &EffectKind, base: &Base) -> (Vec<f64>, Vec<Vec<f64>>) {
     (values, rivals)
 }
 
-/// Whether a value is plausibly distant from the one that changes nothing.
+/// Whether a value differs plausibly from the neutral one.
 fn changes(parameter: &EffectParameter, base: &Base, value: f64) -> bool {
     let Some((neutral, least)) = parameter.neutral(&base.motor.parameters) else {
         return value != base.motor.parameters.counts_per_rev || parameter.key != "counts_per_rev";
@@ -261,8 +262,8 @@ mod tests {
         found.between(place(a).expect("an effect"), place(b).expect("an effect"))
     }
 
-    /// In one direction at one level `Kt/R (u - Vd - Kb w) - Tf` has one constant: a voltage drop is friction. A dead zone below the
-    /// level, and coasting at 0 V, leave no trace.
+    /// In one direction at one level `Kt/R (u - Vd - Kb w) - Tf` has one constant: a voltage drop is friction. A dead
+    /// zone below the level, and coasting at 0 V, have no influence.
     #[test]
     fn one_step_does_not_separate_what_theory_says_it_does_not() {
         let step = matrix("step", 0.03);
@@ -275,12 +276,12 @@ mod tests {
         let both = matrix("reversing", 0.03);
         assert!(between(&both, "none", "coast_at_zero") > least);
         assert!(between(&both, "none", "constant_load") > least);
-        // Of a turning shaft, a load in one direction is friction that differs by direction: no profile separates them.
+        // For a turning shaft, a load in one direction is asymmetric friction: no profile separates them.
         assert!(between(&both, "constant_load", "asymmetric_friction") < least);
         assert_eq!(both.effects.len(), catalogue().len() + 1);
     }
 
-    /// Ten times as many samples of the same motion have a tenth of the quantization variance.
+    /// Ten times as many samples of the same motion reduce the variance of quantization to a tenth.
     #[test]
     fn a_shorter_sample_time_separates_more() {
         let (slow, fast) = (matrix("square", 0.03), matrix("square", 0.003));

@@ -1,9 +1,10 @@
-//! Next experiment: the profile that best separates the sets that a diagnosis leaves.
+//! Next experiment: the profile that best separates the remaining sets of a diagnosis.
 //!
-//! Each set's fit is simulated on a family of profiles within the supply; its parameters are as free as the runs so far leave them.
-//! Chosen is the profile with the largest `sum over pairs of p_i p_j (1 - exp(-D_ij^2/8))`: `exp(-D^2/8)` is the overlap (Bhattacharyya
-//! coefficient) of two normal distributions whose means are `D` standard deviations apart. Where no profile separates the two most
-//! probable sets, known changes on the bench are tried too.
+//! Each set's fit is simulated on a family of profiles within the supply; the precision of its parameters is that of
+//! the runs so far. The profile with the largest `sum over pairs of p_i p_j (1 - exp(-D_ij^2/8))` is chosen:
+//! `exp(-D^2/8)` is the overlap (Bhattacharyya coefficient) of two normal distributions whose means are `D` standard
+//! deviations apart. If no profile separates the two most probable sets, known changes on the bench are tried as
+//! well.
 
 use rayon::prelude::*;
 
@@ -23,7 +24,7 @@ use crate::motor::CommandKind;
 use crate::plain::quoted;
 use crate::units::ROUNDING_VARIANCE;
 
-/// The family: words that `capture --profile` knows, few of each kind.
+/// The family of profiles, as for `capture --profile`, a few of each kind.
 const FAMILY: [&str; 12] = [
     "reversing",
     "reversing@0.5",
@@ -39,16 +40,16 @@ const FAMILY: [&str; 12] = [
     "brakes",
 ];
 
-/// An experiment that was simulated.
+/// A simulated experiment.
 #[derive(Debug, Clone)]
 struct Tried {
     word: &'static str,
     change: Option<KnownChange>,
-    /// Of every pair of sets in the order of [`pairs`].
+    /// Separation of every pair of sets in the order of [`pairs`].
     separations: Vec<f64>,
 }
 
-/// The sets in play and how they would be recorded.
+/// The remaining sets and the settings of their recording.
 struct Bench<'a> {
     prepared: &'a Prepared,
     searched: &'a Searched,
@@ -72,7 +73,7 @@ pub(crate) fn next_experiment(
     if sets.len() < 2 || base.kind != CommandKind::Voltage {
         return None;
     }
-    // As the times say, to a microsecond: what a board can be asked for.
+    // From the times, rounded to a microsecond: a possible setting of a board.
     let shortest = all.runs.iter().map(|run| run.sample_time_s);
     let sample_time_s = (1e6 * shortest.fold(f64::INFINITY, f64::min))
         .round()
@@ -83,7 +84,7 @@ pub(crate) fn next_experiment(
     let duration_s = longest_s
         .max(settings.folds as f64 * settings.segment_s)
         .min(settings.longest_experiment_s);
-    // A coarser sample time is simulated where the recording is long: the separation is that at least.
+    // Long recordings are simulated at a coarser sample time, which gives a lower bound of the separation.
     let planned_s = sample_time_s.max(duration_s / PLANNED_SAMPLES as f64);
     let bench = Bench {
         prepared,
@@ -129,8 +130,8 @@ fn in_play<'a>(sets: &'a [Scored], posterior: &[Weighed]) -> Vec<(&'a Scored, f6
     found
 }
 
-/// Whether one set has all effects of another, or one by direction in the place of the plain one: for some of its parameters it is the
-/// other.
+/// Whether one set has all effects of another, or an asymmetric one in place of the plain one: it includes the other
+/// for some values of its parameters.
 fn contains(large: &[&str], small: &[&str]) -> bool {
     let has = |id: &&str| {
         let mut own = large.iter();
@@ -139,7 +140,6 @@ fn contains(large: &[&str], small: &[&str]) -> bool {
     small != large && small.iter().all(has)
 }
 
-/// Every pair of sets in turn.
 fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
 }
@@ -149,8 +149,8 @@ impl Bench<'_> {
         let least = self.prepared.base.settings.separable;
         let mut plain = self.tried(FAMILY.iter().map(|word| (*word, None)).collect());
         plain.sort_by(|a, b| self.value(b).total_cmp(&self.value(a)));
-        // The pair of the two most probable sets is the first; nested ones agree where the larger's
-        // effect is small, whatever is recorded.
+        // The pair of the two most probable sets is the first; nested ones agree if the larger's additional effect is
+        // small, for any recording.
         let [one, other] = [0, 1].map(|k| self.sets[k].0.fit.ids());
         let is_nested = contains(&one, &other) || contains(&other, &one);
         if !is_nested && plain.iter().all(|one| one.separations[0] < least) {
@@ -187,8 +187,8 @@ impl Bench<'_> {
             .collect()
     }
 
-    /// The separation of every pair of sets on a planned run: the smaller of the two ways round, or of the larger set as the truth from
-    /// one that it contains.
+    /// The separation of every pair of sets on a planned run: the smaller of the two directions, or that of the
+    /// larger set as the truth from one that it contains.
     fn separations(&self, word: &str, change: Option<&KnownChange>) -> Option<Vec<f64>> {
         let base = &self.prepared.base;
         let supply_v = match change {
@@ -224,7 +224,7 @@ impl Bench<'_> {
         Some(pairs(self.sets.len()).map(both).collect())
     }
 
-    /// The units of the score that judged the sets.
+    /// The units of the score that was used for the sets.
     fn errors(&self) -> Errors {
         let Searched {
             segments, found, ..
@@ -253,7 +253,7 @@ impl Bench<'_> {
             .sum()
     }
 
-    /// Effects that differ between the sets that an experiment separates, and the smallest of those separations.
+    /// Effects that differ between the separated sets, and the smallest of those separations.
     fn separated(&self, one: &Tried) -> (Vec<String>, f64) {
         let ids: Vec<Vec<&str>> = self.sets.iter().map(|set| set.0.fit.ids()).collect();
         let (mut found, mut smallest) = (Vec::new(), f64::INFINITY);
@@ -291,7 +291,8 @@ mod tests {
         assert!(!contains(&["inertia"], &["backlash"]));
     }
 
-    /// Of a step in one direction friction and a voltage drop are one number; the proposed recording separates what the step does not.
+    /// For a step in one direction, friction and a voltage drop are one parameter; the proposed recording separates
+    /// them.
     #[test]
     fn a_recording_that_separates_the_sets_is_proposed() {
         let settings = Settings::default();
@@ -300,7 +301,7 @@ mod tests {
         let prepared = Prepared::new(&[run], &Motor::default(), &settings, false).expect("a run");
         let found = searched(&prepared, 0.0, &[], &|_| (), &|_| ()).expect("a search");
         let mut posterior = weighed(&found.found.sets, &settings);
-        // As if the best and the best without its effect were equally probable, and nothing else possible.
+        // As if the best set and the best one without its effect were equally probable, and all others impossible.
         let best = posterior[0].ids.clone();
         let rival = (posterior.iter()).position(|set| best.iter().all(|id| !set.ids.contains(id)));
         let rival = rival.expect("another explanation");

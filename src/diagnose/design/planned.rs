@@ -1,4 +1,4 @@
-//! A profile as its recording would look, and models compared on it.
+//! A planned recording, simulated, and comparison of models on it.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -14,7 +14,6 @@ use crate::diagnose::settings::solver::{DIFFERENCE, LEAST_PRECISION};
 use crate::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
 use crate::recording::Run;
 
-/// A planned recording.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sampling {
     pub sample_time_s: f64,
@@ -23,16 +22,16 @@ pub(super) struct Sampling {
     pub supply_v: f64,
 }
 
-/// The units that a difference of two predictions is measured in.
+/// Units of a difference of two predictions.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Errors {
     /// Quantization and a random load torque: whitened innovations.
     Noise(Noise),
-    /// A model that is wrong in more than noise: corrected squares, each with this weight in 1/counts^2.
+    /// A model error larger than noise: corrected squares, each with this weight in 1/counts^2.
     ScaleFree(f64),
 }
 
-/// A run that was not recorded: simulated counts on a profile, cut into segments.
+/// A planned run: simulated counts on a profile, cut into segments.
 #[derive(Debug)]
 pub(super) struct Planned {
     pub segments: Segments,
@@ -41,7 +40,7 @@ pub(super) struct Planned {
     new_torque: Option<KnownChange>,
     plant: LinearPlant,
     errors: Errors,
-    /// None where errors are scale-free.
+    /// `None` for scale-free errors.
     whitener: Option<Whitener>,
 }
 
@@ -50,14 +49,14 @@ pub(super) struct Planned {
 pub(super) struct View {
     prediction: Vec<f64>,
     columns: Vec<Vec<f64>>,
-    /// Of `J'J + P`; none where the model is only ever the truth.
+    /// Of `J'J + P`; `None` for a model that is used as the truth only.
     solver: Option<Cholesky<f64, Dyn>>,
     /// Innovation variances of a stochastic effect.
     variances: Option<Vec<f64>>,
 }
 
 impl Planned {
-    /// The run that a motor makes of a profile with what is known to differ in it; `None` where it cannot be simulated.
+    /// The simulated run of a motor on a profile with known differences; `None` if it cannot be simulated.
     pub fn new(
         base: &Base,
         motor: &Motor,
@@ -128,7 +127,7 @@ impl Planned {
         }
     }
 
-    /// A model whose parameters are known to a precision, or that is only ever the truth.
+    /// A model with this precision of its parameters, or one that is used as the truth only.
     pub fn view(
         &self,
         (model, x): (&Model, &[f64]),
@@ -163,8 +162,9 @@ impl Planned {
         })
     }
 
-    /// The segments with a known disc or load that is larger by this share. More resistance with all other torques and inertias smaller is
-    /// the same equation, and from runs without a known torque that ratio `R/Kt` is not identifiable.
+    /// The segments with a known disc or load that is larger by this share. A larger resistance with all other
+    /// torques and inertias smaller is the same equation, so that the ratio `R/Kt` is not identifiable from runs
+    /// without a known torque.
     fn with_torque(&self, known: &KnownChange, by: f64) -> Option<Segments> {
         let mut segments = self.segments.clone();
         let value = known.value * (1.0 + by);
@@ -177,7 +177,7 @@ impl Planned {
         Some(segments)
     }
 
-    /// Innovation variances where a motor has late samples or lost edges of its own.
+    /// Innovation variances of a motor with late samples or lost edges.
     fn variances(&self, motor: &Motor) -> Option<Vec<f64>> {
         let Errors::Noise(noise) = self.errors else {
             return None;
@@ -200,7 +200,7 @@ impl Planned {
         left.hypot(self.scatter(truth, rival).sqrt())
     }
 
-    /// Contribution of the variances alone: twice the Kullback-Leibler divergence of the innovations.
+    /// Contribution of the variances: twice the Kullback-Leibler divergence of the innovations.
     fn scatter(&self, truth: &View, rival: &View) -> f64 {
         let (None, None) = (&truth.variances, &rival.variances) else {
             let plain: Vec<f64> = self.whitener.iter().flat_map(Whitener::variances).collect();
@@ -219,7 +219,7 @@ fn solver(columns: &[Vec<f64>], precision: DMatrix<f64>) -> Option<Cholesky<f64,
     sum.cholesky()
 }
 
-/// The norm of a difference after the parameters of some columns are fitted to it.
+/// Norm of a difference after a fit of the parameters of some columns.
 fn left_after(
     difference: &[f64],
     columns: &[Vec<f64>],
@@ -236,8 +236,8 @@ mod tests {
     use crate::diagnose::design::isolability::base_of;
     use crate::diagnose::settings::Settings;
 
-    /// A known disc is no part of what the same voltage and counts leave open: more resistance with torques and inertias smaller by as much
-    /// is the motor under a disc that is larger by as much.
+    /// A known disc is not invariant under the scaling that voltage and counts leave open: a larger resistance with
+    /// smaller torques and inertias is equivalent to the motor with a disc larger by the same factor.
     #[test]
     fn a_known_disc_identifies_the_scale_of_torques() {
         let disc = KnownChange {
@@ -283,8 +283,8 @@ mod tests {
         assert!(off(a) > 0.5);
     }
 
-    /// Components outside the columns remain, and of a component of length `a` along a column of length 1 whose parameter is known to the
-    /// precision `p`: `a^2 p/(1 + p)` (by hand).
+    /// Components outside the columns remain; of a component of length `a` along a column of length 1 whose parameter
+    /// has the precision `p`, `a^2 p/(1 + p)` remains (by hand).
     #[test]
     fn free_parameters_reduce_the_separation() {
         let columns = [vec![1.0, 0.0, 0.0], vec![0.0, 1.0, 0.0]];

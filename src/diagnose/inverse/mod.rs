@@ -1,8 +1,9 @@
 //! Equation-error regression (inverse dynamics identification; Janot and Gautier): starts for the fits.
 //!
-//! With a kernel `K`, bell-shaped and 0 at its ends, every term is smoothed alike and derivatives pass to the kernel (modulating functions;
-//! Preisig and Rippin 1993): `K*u = c_a K''*angle + c_w K'*angle + c_s K*sgn(speed)`. It needs no simulation, no start, and has no local
-//! optimum, also where a controller answers to the motion.
+//! In: segments. Out: coefficients of the equation of motion. With a bell-shaped kernel `K` that vanishes at its
+//! ends, every term is smoothed alike and derivatives pass to the kernel (modulating functions; Preisig and Rippin
+//! 1993): `K*u = c_a K''*angle + c_w K'*angle + c_s K*sgn(speed)`. It needs no simulation and no start, and has no
+//! local optimum, also in closed loop.
 
 mod regression;
 mod rows;
@@ -15,10 +16,11 @@ use crate::motor::catalogue::EffectKind;
 use regression::{Normal, robust_weights};
 use rows::{Row, rows};
 
-/// The motor's own part: volts (or amperes, or newton metres) per rad/s^2, per rad/s, against friction, and per N m of a known torque.
+/// Coefficients of the nominal motor: volts (or amperes, or newton metres) per rad/s^2, per rad/s, of friction, and
+/// per N m of a known torque.
 pub(crate) type Own = [f64; OWN];
 
-/// Coefficients of the motor's own part.
+/// Number of these coefficients.
 const OWN: usize = 4;
 
 fn own_columns(row: &Row) -> Vec<f64> {
@@ -26,7 +28,7 @@ fn own_columns(row: &Row) -> Vec<f64> {
     vec![row.acceleration, row.speed, row.speed.signum(), known]
 }
 
-/// The motor's own part where it alone explains the command; `None` where too little moves.
+/// The coefficients of the nominal motor alone; `None` with too little motion.
 pub(crate) fn own_part(segments: &Segments) -> Option<Own> {
     let rows = rows(segments);
     if rows.len() < LEAST_ROWS {
@@ -38,8 +40,8 @@ pub(crate) fn own_part(segments: &Segments) -> Option<Own> {
     Some(std::array::from_fn(|k| found[k]))
 }
 
-/// A load beside the motor's own part: of `gravity_load` amplitude and phase, of `constant_load` the torque, in N m; `None` where too little
-/// moves, where it would be of the wrong sign, or where the shaft turns too far per sample.
+/// A load in addition to the nominal motor: amplitude and phase of `gravity_load`, torque of `constant_load`, in N m;
+/// `None` with too little motion, for a wrong sign, or if the shaft turns too far per sample.
 pub(crate) fn load_term(
     segments: &Segments,
     base: &Base,
@@ -82,8 +84,8 @@ pub(crate) fn load_term(
     (own[0] > 0.0).then_some((own, values))
 }
 
-/// The base numbers as shares of the motor file's, in the order of [`BASE`], that a motor's own part comes to. Without a known torque
-/// that of Kt is 1, with R as it is. The inductance is not in it.
+/// The base parameters relative to the motor file's, in the order of [`BASE`], from the coefficients. Without a known
+/// torque Kt is unchanged, with the assumed R. The inductance is not determined.
 pub(crate) fn shares(base: &Base, [inertia, speed, friction, known]: Own) -> [f64; BASE.len()] {
     let p = &base.motor.parameters;
     let own_per_nm = base.kind.per_nm(p);
@@ -112,7 +114,7 @@ mod tests {
     use crate::diagnose::settings::Settings;
     use crate::motor::Motor;
 
-    /// The regression of a recording of the nominal motor gives its parameters.
+    /// For a recording of the nominal motor the regression gives its parameters.
     #[test]
     fn a_plain_motor_has_its_own_parameters() {
         let run = recording(&Motor::default(), 3000);
@@ -123,7 +125,7 @@ mod tests {
         assert!(of.iter().all(|share| (share - 1.0).abs() < 0.15), "{of:?}");
     }
 
-    /// Counts that fall under a positive command: nothing brakes so, and nothing is found.
+    /// Counts that fall under a positive command are no friction: there is no result.
     #[test]
     fn a_reversed_motor_has_no_own_part() {
         let mut run = recording(&Motor::default(), 1000);

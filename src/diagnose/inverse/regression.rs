@@ -1,4 +1,4 @@
-//! Weighted least squares of the rows, with terms that can only brake.
+//! Weighted least squares of the rows, with a sign constraint on friction terms.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -30,7 +30,7 @@ impl Normal {
         normal
     }
 
-    /// Least squares with the coefficients of terms that brake not below 0: they are left out one by one until none would be.
+    /// Least squares with non-negative coefficients of friction terms: negative ones are removed one by one.
     pub fn solved(&self, brakes: &[bool]) -> Vec<f64> {
         let is_there = |k: &usize| self.xx[(*k, *k)] > 0.0;
         let mut active: Vec<usize> = (0..brakes.len()).filter(is_there).collect();
@@ -73,7 +73,8 @@ fn left_by(columns: &[Vec<f64>], rows: &[Row], coefficients: &[f64]) -> Vec<f64>
         .collect()
 }
 
-/// Weights by which few rows do not decide, from what the motor alone leaves (Student's with 3 degrees of freedom, reweighted).
+/// Robust weights from the residuals of the motor alone (Student's t with 3 degrees of freedom, iteratively
+/// reweighted).
 pub(super) fn robust_weights(rows: &[Row], alone: &[Vec<f64>]) -> Vec<f64> {
     let mut weight = vec![1.0; rows.len()];
     for _ in 0..REWEIGHTED {

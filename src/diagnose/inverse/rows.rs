@@ -1,4 +1,4 @@
-//! Windows in which the shaft turns throughout, with everything smoothed by one kernel.
+//! Rows of the regression: windows of steady direction, smoothed by one kernel.
 
 use std::f64::consts::TAU;
 
@@ -17,11 +17,11 @@ pub(super) struct Row {
     pub acceleration: f64,
     pub speed: f64,
     pub angle: f64,
-    /// Torque in N m that a load or a disc asks for, where it is known.
+    /// Torque in N m of a load or a disc, if known.
     pub known_nm: f64,
 }
 
-/// Rows of all runs, at the narrowest width at which rounding makes little of the acceleration.
+/// Rows of all runs, at the smallest width at which quantization contributes little to the acceleration.
 pub(super) fn rows(segments: &Segments) -> Vec<Row> {
     let mut steps: Vec<f64> = segments.runs.iter().map(|run| run.sample_time_s).collect();
     steps.sort_by(f64::total_cmp);
@@ -40,14 +40,14 @@ pub(super) fn rows(segments: &Segments) -> Vec<Row> {
     }
 }
 
-/// Rows at a half width in s, and what rounding makes of an acceleration (one sigma, the median).
+/// Rows at a half width in s, and the quantization error of an acceleration (one sigma, the median).
 fn rows_at(segments: &Segments, half: f64) -> (Vec<Row>, f64) {
     let mut rows = Vec::new();
     let mut noises = Vec::new();
     for segment in &segments.segments {
         let run = &segments.runs[segment.run];
         let (begin, end) = (run.t_s[0] + half, run.t_s[run.t_s.len() - 1] - half);
-        // A row every half width whose middle lies in the segment.
+        // One row per half width with its middle in the segment.
         let mut number = ((run.t_s[segment.from] - begin) / (0.5 * half))
             .ceil()
             .max(0.0);
@@ -68,14 +68,14 @@ fn rows_at(segments: &Segments, half: f64) -> (Vec<Row>, f64) {
     (rows, noise)
 }
 
-/// The window about one instant: the angle as straight lines from sample to sample, the command held from each to the next.
+/// The window around one instant: the angle is interpolated linearly, the command is held between samples.
 fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
     let from = run.t_s.partition_point(|t| *t < middle - half).max(1) - 1;
     let to = run
         .t_s
         .partition_point(|t| *t < middle + half)
         .min(run.t_s.len() - 1);
-    // Over a pause, or over what is left out of a long recording, there is no straight line.
+    // Not across a pause or an omitted part of a long recording.
     let is_whole = run.t_s[to] - run.t_s[from] <= 2.0 * half + PAUSE * run.sample_time_s;
     if to < from + 3 || !is_whole || !turns_throughout(run, from, to) {
         return None;
@@ -110,14 +110,14 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
     Some((row, run.rad * (noise * ROUNDING_VARIANCE).sqrt()))
 }
 
-/// Whether each third of a window goes on in the same direction by more than the count that an edge dithers by.
+/// Whether the shaft moves in the same direction in each third of a window, by more than one count of dither.
 fn turns_throughout(run: &Recording, from: usize, to: usize) -> bool {
     let at = |third: usize| run.counts[from + third * (to - from) / 3];
     let travelled = [at(1) - at(0), at(2) - at(1), at(3) - at(2)];
     travelled.iter().all(|d| *d > MOVED_COUNTS) || travelled.iter().all(|d| *d < -MOVED_COUNTS)
 }
 
-/// The kernel, of integral 1 over -1 to 1.
+/// The kernel, with integral 1 over -1 to 1.
 fn bell(x: f64) -> f64 {
     if x.abs() < 1.0 {
         35.0 / 32.0 * (1.0 - x * x).powi(3)

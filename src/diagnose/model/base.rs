@@ -1,4 +1,4 @@
-//! The motor of a diagnosis, and which of its parameters are identifiable from the runs.
+//! The motor of a diagnosis, and the identifiability of its parameters from the runs.
 
 use super::reference::ReferencePosterior;
 use crate::diagnose::settings::Settings;
@@ -15,35 +15,35 @@ pub(crate) const BASE: [&str; 6] = [
     "inductance_h",
     "torque_constant_nm_per_a",
 ];
-/// Places of some of them.
+/// Indices of some of them.
 pub(super) const INERTIA: usize = 0;
 const COULOMB: usize = 2;
 pub(super) const VISCOUS: usize = 3;
-/// Those of them that only a voltage-driven motor has.
+/// Index of the one that only a voltage-driven motor has.
 pub(super) const BACK_EMF: usize = 1;
 pub(super) const INDUCTANCE: usize = 4;
-/// That of them that is identifiable only with a known torque.
+/// Index of the one that is identifiable only with a known torque.
 pub(super) const TORQUE_CONSTANT: usize = 5;
-/// Effects that widen the prior of a base parameter, and which.
+/// Effects that widen the prior of a base parameter, with its index.
 const FREEING: [(&str, usize); 3] = [
     (ids::INERTIA, INERTIA),
     (ids::COULOMB_FRICTION, COULOMB),
     (ids::VISCOUS_FRICTION, VISCOUS),
 ];
 
-/// Data that all models of a diagnosis share.
+/// Data shared by all models of a diagnosis.
 #[derive(Debug, Clone)]
 pub(crate) struct Base {
     pub motor: Motor,
     pub kind: CommandKind,
     pub sample_time_s: f64,
-    /// Error of the board clock against the host clock, with its standard deviation.
+    /// Rate error of the board's clock relative to the host's, with its standard deviation.
     pub clock: Option<(f64, f64)>,
-    /// Whether the time stamps are arrivals at the host.
+    /// Whether the time stamps are arrival times.
     pub is_host_timed: bool,
     /// Whether torques are identifiable in N m: a load or a disc is known in one of the runs.
     pub torque_identifiable: bool,
-    /// Posterior of the reference runs, whose motor this is then.
+    /// Posterior of the reference runs, which determines the motor.
     pub reference: Option<ReferencePosterior>,
     /// Longest time in s from a command to the first motion after rest.
     pub dead_time_s: f64,
@@ -51,7 +51,7 @@ pub(crate) struct Base {
 }
 
 impl Base {
-    /// The same runs with a motor and a prior that reference runs determined.
+    /// The same runs with a motor and a prior from reference runs.
     pub fn after(&self, mut motor: Motor, reference: ReferencePosterior) -> Self {
         let own = self.motor.parameters;
         motor.parameters.counts_per_rev = own.counts_per_rev;
@@ -63,7 +63,8 @@ impl Base {
         }
     }
 
-    /// The base parameter whose prior an effect widens; none where the motor has none of it, so that the effect brings its own.
+    /// The base parameter whose prior an effect widens; `None` if the motor's value is 0, so that the effect has its
+    /// own parameter.
     pub fn frees(&self, id: &str) -> Option<usize> {
         let k = freed_by(id)?;
         let value = self.motor.parameters.get(BASE[k])?;
@@ -84,7 +85,7 @@ pub(crate) fn range_of(parameter: &EffectParameter, base: &Base) -> (f64, f64) {
     }
     let (lo, hi) = parameter.range(&base.motor.parameters, base.sample_time_s);
     let hi = match parameter.key {
-        // As long as the recording shows: from the first command to the first motion.
+        // At least the recorded time from the first command to the first motion.
         "delay_s" => hi.max(base.settings.beyond_range * base.dead_time_s),
         _ => hi,
     };

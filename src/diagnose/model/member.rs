@@ -4,7 +4,7 @@ use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue};
 use crate::motor::fit::ParameterId;
 
-/// An effect of a model with the values that are not fitted, or to start from.
+/// An effect of a model with the values that are not fitted, or starting values.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Member {
     pub index: usize,
@@ -12,7 +12,7 @@ pub(crate) struct Member {
 }
 
 impl Member {
-    /// The effects of a motor that are of the catalogue, with their values.
+    /// The effects of a motor that are in the catalogue, with their values.
     pub fn of(motor: &Motor) -> Vec<Self> {
         let of_catalogue = motor
             .effects
@@ -35,14 +35,14 @@ impl Member {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Parameter {
     pub id: ParameterId,
-    /// Whether what is fitted is the logarithm.
+    /// Whether the logarithm is fitted.
     pub log: bool,
     /// Value in SI of 1.
     pub unit: f64,
     pub lo: f64,
     pub hi: f64,
     pub smooth: bool,
-    /// Whether it sets the variance of a random effect, which the likelihood alone shows.
+    /// Whether it determines the variance of a random effect, which only the likelihood depends on.
     pub random: bool,
 }
 
@@ -58,7 +58,7 @@ impl Parameter {
     }
 }
 
-/// Whether a parameter is fitted: what is one of a few values, or a side, is a start of its own.
+/// Whether a parameter is fitted: discrete values and sides are separate starts.
 pub(crate) fn is_free(parameter: &EffectParameter) -> bool {
     (!matches!(parameter.prior, Prior::OneOf(_)) || parameter.key == "max_rate_hz")
         && parameter.key != "encoder_side"

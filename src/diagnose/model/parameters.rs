@@ -1,9 +1,12 @@
-//! A motor with effects, which of its numbers are free, and what is plausible of them.
+//! A motor with effects: free parameters and their priors.
 //!
-//! Voltage in and counts out identify `J R/Kt`, `Kb`, `Tf R/Kt`, `L/R` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf, b and L as shares
-//! of the motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. Steady motion depends on sums of them, so that the valley between two parameters that are not separated is straight.
+//! Voltage and counts identify `J R/Kt`, `Kb`, `Tf R/Kt`, `L/R` (and, when coasting, `b R/Kt`). J, Kb, Tf, b and L
+//! are fitted relative to the motor file's, with fixed R and Kt; their prior is the covariance that follows from the
+//! tolerances of all of them. Steady motion depends on sums of them, so that the valley between two parameters that
+//! are not separated is straight.
 //!
-//! A load or a disc that is known is a torque in N m: runs with one identify `R/Kt` as well. There Kt is moved too, with R held.
+//! A known load or disc is a torque in N m: runs with one identify `R/Kt` as well. Kt is then fitted too, with fixed
+//! R.
 
 use crate::motor::catalogue::ids;
 use nalgebra::{DMatrix, DVector};
@@ -23,17 +26,17 @@ use crate::motor::{ActiveEffect, CommandKind, Motor};
 pub(crate) struct Model {
     pub members: Vec<Member>,
     pub parameters: Vec<Parameter>,
-    /// With the values that are not fitted.
+    /// Includes the values that are not fitted.
     motor: Motor,
-    /// As fits have it: normal distributions, a tolerance that nobody states as if it were stated.
+    /// Prior as the fits use it: normal distributions, with assumed tolerances as if stated.
     pub precision: DMatrix<f64>,
-    /// Of the base numbers, which are the first: what the motor file says; none against a reference.
+    /// Tolerances of the base parameters, which are the first, from the motor file; `None` with a reference.
     tolerances: Option<Tolerances>,
     pub mean: DVector<f64>,
     start: Vec<f64>,
-    /// Relative standard deviation of torques, inertias and currents beside what the runs tell.
+    /// Relative standard deviation of torques, inertias and currents that the runs do not reduce.
     pub scale: f64,
-    /// Half the square by which the host contradicts a clock that is right, where the model has no other.
+    /// Half the square of the deviation of an exact clock from the host's, if the model has no clock error.
     clock: f64,
 }
 
@@ -172,7 +175,7 @@ impl Model {
         self.start.clone()
     }
 
-    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`].
+    /// The start with other base parameters: relative to the motor file's, in the order of [`BASE`].
     pub fn start_with(&self, shares: [f64; BASE.len()]) -> Vec<f64> {
         let mut start = self.start();
         for (number, x) in self.parameters.iter().zip(&mut start) {
@@ -184,7 +187,7 @@ impl Model {
         start
     }
 
-    /// The start with the numbers that another model has too taken from there.
+    /// The start with the values of shared parameters of another model.
     pub fn start_from(&self, other: &Self, x: &[f64]) -> Vec<f64> {
         let mut start = self.start();
         for (k, number) in self.parameters.iter().enumerate() {
@@ -195,8 +198,8 @@ impl Model {
         start
     }
 
-    /// Parameters of a motor that does the same in a share of the time, at the same currents: inertia, viscous friction and back-EMF are that
-    /// share of what they were.
+    /// Parameters of a motor that is faster by this share at the same currents: inertia, viscous friction and back
+    /// EMF are multiplied by it.
     pub fn faster(&self, x: &[f64], share: f64) -> Vec<f64> {
         let scaled = [INERTIA, BACK_EMF, VISCOUS].map(|k| BASE[k]);
         let numbers = self.parameters.iter().zip(x);
@@ -208,18 +211,18 @@ impl Model {
             .collect()
     }
 
-    /// Places of the parameters that set the variance of a random effect.
+    /// Indices of the parameters that determine the variance of a random effect.
     pub fn random(&self) -> impl Iterator<Item = usize> {
         let parameters = self.parameters.iter().enumerate();
         parameters.filter_map(|(k, parameter)| parameter.random.then_some(k))
     }
 
-    /// Whether there is one.
+    /// Whether there is such a parameter.
     pub fn is_random(&self) -> bool {
         self.random().next().is_some()
     }
 
-    /// Whether another model differs from this one in nothing but the parameters that are fitted.
+    /// Whether another model differs from this one in the fitted values only.
     pub fn is_like(&self, other: &Self) -> bool {
         self.free() == other.free() && {
             let zero = self.start();
@@ -246,7 +249,7 @@ impl Model {
         }
     }
 
-    /// Nats by which the numbers are off what is plausible: what is assumed of the base numbers has long tails.
+    /// Negative log prior density in nats; assumed tolerances of base parameters have heavy tails.
     pub fn prior(&self, x: &[f64]) -> f64 {
         let off = self.off_file(x);
         let (n, of_base) = match &self.tolerances {
@@ -258,14 +261,14 @@ impl Model {
         self.clock + of_base + 0.5 * (of_rest * &rest).dot(&rest)
     }
 
-    /// By how much the base numbers are off the motor file's.
+    /// Deviation of the base parameters from the motor file's.
     fn off_file(&self, x: &[f64]) -> DVector<f64> {
         let is_base = |number: &&Parameter| matches!(number.id, ParameterId::Nominal(_));
         let n = self.parameters.iter().take_while(is_base).count();
         DVector::from_fn(n, |k, _| x[k] - self.mean[k])
     }
 
-    /// Inverse of the covariance of the normal distribution under which these numbers are as unlikely as they are.
+    /// Precision of the normal distribution with the same density at these parameters.
     pub fn precision_as_unlikely(&self, x: &[f64]) -> DMatrix<f64> {
         let mut precision = self.precision.clone();
         if let Some(known) = &self.tolerances {
@@ -276,7 +279,8 @@ impl Model {
         precision
     }
 
-    /// By how many of its tolerances each base number lies off the motor file's, as unlikely under a normal distribution; 0 of the others.
+    /// Deviation of each base parameter from the motor file's in standard deviations of a normal distribution with
+    /// the same density; 0 for the others.
     pub fn off(&self, x: &[f64]) -> Vec<f64> {
         let variance = self.precision.clone().pseudo_inverse(f64::MIN_POSITIVE);
         let off = |k: usize| {
@@ -295,7 +299,7 @@ impl Model {
             .collect()
     }
 
-    /// The base number that a member sets free.
+    /// The base parameter whose prior a member widens.
     pub fn frees(&self, member: &Member) -> Option<usize> {
         let own = |number: &Parameter| matches!(number.id, ParameterId::Effect(of, _) if of == member.index);
         freed_by(member.id()).filter(|_| !self.parameters.iter().any(own))
@@ -309,7 +313,8 @@ impl Model {
     }
 }
 
-/// Values in SI that a fit may reach. Ranges scale with the motor file's values, which have errors as well; shares and angles have no such scale.
+/// Limits of a fitted value in SI. Ranges scale with the motor file's values, which have errors as well; shares and
+/// angles have no such scale.
 fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64), beyond_range: f64) -> (f64, f64) {
     if matches!(parameter.scale, Scale::Absolute | Scale::TopRate) {
         return (lo, hi);

@@ -1,4 +1,4 @@
-//! How far base numbers are plausibly off: by the tolerances of the motor file, or by what reference runs say.
+//! Prior of the base parameters: tolerances of the motor file, or the posterior of reference runs.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +9,7 @@ use super::tolerances::Tolerances;
 use crate::motor::CommandKind;
 use crate::motor::catalogue::catalogue;
 
-/// Relative tolerance (one sigma) of a number of the motor file, and whether nobody states it.
+/// Relative standard deviation of a value of the motor file, and whether it is assumed.
 fn tolerance(base: &Base, key: &str) -> (f64, bool) {
     let stated = base.motor.tolerance.get(key).copied();
     (
@@ -18,8 +18,8 @@ fn tolerance(base: &Base, key: &str) -> (f64, bool) {
     )
 }
 
-/// Relative variances of what is held, R and Kt, by the motor file's tolerances: every torque, inertia and current is seen only relative
-/// to them.
+/// Relative variances of the fixed R and Kt from the motor file's tolerances: every torque, inertia and current is
+/// identifiable relative to them only.
 fn held_variances(base: &Base) -> (f64, f64) {
     let variance = |key: &str| tolerance(base, key).0.powi(2);
     match base.kind {
@@ -32,7 +32,7 @@ fn held_variances(base: &Base) -> (f64, f64) {
     }
 }
 
-/// Relative variance of what is seen relative to R and Kt: none where a torque is known.
+/// Relative variance of values that are identifiable relative to R and Kt only: 0 if a torque is known.
 pub(super) fn scale_variance(base: &Base) -> f64 {
     if base.torque_identifiable {
         return 0.0;
@@ -41,7 +41,8 @@ pub(super) fn scale_variance(base: &Base) -> f64 {
     resistance + torque_constant
 }
 
-/// Width (one sigma) of a base number that an effect sets free, as a share of the motor file's: half the effect's range.
+/// Prior standard deviation of a base parameter that an effect widens, relative to the motor file's: half the
+/// effect's range.
 pub(crate) fn freed_width(base: &Base, index: usize, number: usize) -> f64 {
     let parameter = &catalogue()[index].parameters[0];
     let (lo, hi) = range_of(parameter, base);
@@ -49,7 +50,7 @@ pub(crate) fn freed_width(base: &Base, index: usize, number: usize) -> f64 {
     0.5 * (hi - lo) / own
 }
 
-/// By how much the base number that an effect sets free is off.
+/// Deviation of the base parameter that an effect widens.
 fn freed(base: &Base, members: &[Member], number: usize) -> Option<f64> {
     let freeing = members
         .iter()
@@ -57,8 +58,8 @@ fn freed(base: &Base, members: &[Member], number: usize) -> Option<f64> {
     freeing.map(|member| freed_width(base, member.index, number))
 }
 
-/// Covariance of the base numbers that are used, and of the reference's effects after them, by what reference runs say; wider where an
-/// effect sets a number free.
+/// Prior covariance of the used base parameters, and of the reference's effects after them, from the posterior of
+/// reference runs; wider for a parameter that an effect widens.
 pub(super) fn since(
     base: &Base,
     then: &ReferencePosterior,
@@ -72,10 +73,11 @@ pub(super) fn since(
     covariance
 }
 
-/// Effects that move base parameters in use: R and Kt, which are held, and each by itself; further where an effect sets one free.
+/// Prior of the used base parameters from tolerances: of the fixed R and Kt, of each parameter itself, and wider
+/// where an effect widens it.
 pub(super) fn tolerances(base: &Base, members: &[Member], used: &[usize]) -> Tolerances {
     let (resistance, torque_constant) = held_variances(base);
-    // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`; where a torque is known, `J` and `Kt/R`.
+    // Sensitivity to R and to Kt: `J R/Kt`, `Kb`, `L/R`; with a known torque, `J` and `Kt/R`.
     let moves = |number: usize| match number {
         BACK_EMF => (0.0, 0.0),
         INDUCTANCE | TORQUE_CONSTANT => (-1.0, 0.0),

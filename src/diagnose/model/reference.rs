@@ -1,33 +1,33 @@
 //! The posterior of reference runs as the prior of later runs of the same motor.
 //!
-//! To second order (Laplace) this is the joint fit of both with every parameter shared; parameters that an effect widens differ between
-//! the two.
+//! To second order (Laplace) this is the joint fit of both with all parameters shared; parameters that an effect
+//! widens differ between the two.
 
 use nalgebra::DMatrix;
 
 use super::member::{Member, Parameter};
 use crate::motor::fit::ParameterId;
 
-/// A motor as reference runs have it.
+/// The motor of the reference runs.
 #[derive(Debug, Clone)]
 pub(crate) struct ReferencePosterior {
     /// Its effects with their values.
     pub effects: Vec<Member>,
-    /// The free parameters of these effects, as they were fitted.
+    /// The free parameters of these effects with their fitted values.
     pub parameters: Vec<(Parameter, f64)>,
-    /// Covariance of the base parameters, as shares of what they were, and of those after them.
+    /// Covariance of the relative base parameters, and of those after them.
     pub covariance: DMatrix<f64>,
-    /// Mean square in counts^2 that its fit leaves of the reference runs.
+    /// Mean square residual of its fit to the reference runs in counts^2.
     pub mean_square: f64,
 }
 
 impl ReferencePosterior {
-    /// Its effect with this parameter in the catalogue.
+    /// Its effect with this index in the catalogue.
     pub fn effect(&self, index: usize) -> Option<&Member> {
         self.effects.iter().find(|member| member.index == index)
     }
 
-    /// Where a parameter of an effect stands among those of a model.
+    /// Index of a parameter of an effect among those of a model.
     pub fn place(&self, id: ParameterId) -> Option<usize> {
         let found = self
             .parameters
@@ -36,7 +36,6 @@ impl ReferencePosterior {
         found.map(|k| self.n_base() + k)
     }
 
-    /// How many base parameters are free.
     fn n_base(&self) -> usize {
         self.covariance.nrows() - self.parameters.len()
     }

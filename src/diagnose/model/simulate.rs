@@ -1,4 +1,4 @@
-//! Predictions of a motor for all segments, in counts from each segment's first sample, and their derivatives.
+//! Predictions of a motor for all segments, in counts relative to each segment's first sample, and their derivatives.
 
 use std::cell::RefCell;
 
@@ -14,7 +14,7 @@ thread_local! {
     static WORKSPACE: RefCell<Workspace> = RefCell::default();
 }
 
-/// The prediction; `None` where the motor cannot be simulated.
+/// The prediction; `None` if the motor cannot be simulated.
 pub(crate) fn predict(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
     let mut out = vec![0.0; segments.len];
     WORKSPACE.with_borrow_mut(|workspace| {
@@ -30,15 +30,15 @@ pub(crate) fn predict(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
     })
 }
 
-/// Measured minus predicted in counts, initial states corrected; `None` where the motor cannot be simulated.
+/// Measured minus predicted in counts, initial states corrected; `None` if the motor cannot be simulated.
 pub(crate) fn corrected_residual(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
     let mut residual = segments.residual(&predict(segments, motor)?);
     segments.correct(&mut residual);
     Some(residual)
 }
 
-/// Counts of each run from its first sample, as an encoder at this share of a count would give them for the predicted angle, or the
-/// rounded speeds of the log.
+/// Counts of each run relative to its first sample for the predicted angle, with the encoder at this fraction of a
+/// count, or with the rounded speeds of the log.
 pub(crate) fn simulated_counts(
     segments: &Segments,
     motor: &Motor,
@@ -60,7 +60,7 @@ pub(crate) fn simulated_counts(
     })
 }
 
-/// The prediction and its derivatives by a model's parameters, a column each.
+/// The prediction and its derivatives by a model's parameters, one column each.
 pub(crate) fn sensitivities(
     segments: &Segments,
     model: &Model,
@@ -114,7 +114,7 @@ pub(crate) fn sensitivities(
     Some((out, columns))
 }
 
-/// The motor under the supply of a run.
+/// The motor with the supply of a run.
 fn on_run(motor: &Motor, run: &Recording) -> Motor {
     let mut motor = motor.clone();
     if let Some(supply_v) = run.supply_v {
@@ -123,7 +123,7 @@ fn on_run(motor: &Motor, run: &Recording) -> Motor {
     motor
 }
 
-/// Writes a run's column to its segments, from each segment's first sample on.
+/// Writes a run's column to its segments, relative to each segment's first sample.
 fn scatter(segments: &Segments, run: usize, column: &[f64], times: f64, out: &mut [f64]) {
     for segment in segments
         .segments
@@ -139,7 +139,7 @@ fn scatter(segments: &Segments, run: usize, column: &[f64], times: f64, out: &mu
     }
 }
 
-/// A column less some columns times these coefficients.
+/// A column minus some columns times these coefficients.
 pub(crate) fn less(column: &[f64], columns: &[Vec<f64>], by: &DVector<f64>) -> Vec<f64> {
     let mut left = column.to_vec();
     for (column, by) in columns.iter().zip(by.iter()) {
@@ -148,12 +148,11 @@ pub(crate) fn less(column: &[f64], columns: &[Vec<f64>], by: &DVector<f64>) -> V
     left
 }
 
-/// Mean of the squares; 0 of none.
 pub(crate) fn mean_square(a: &[f64]) -> f64 {
     dot(a, a) / a.len().max(1) as f64
 }
 
-/// Scalar product, in eight sums beside each other, so that one does not wait for the other.
+/// Scalar product, in eight independent sums.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let n = a.len().min(b.len());
     let (a, a_rest) = a[..n].as_chunks::<8>();

@@ -1,59 +1,59 @@
-//! How far the numbers of a motor file are plausibly off, stated or not.
+//! Prior of the values of a motor file from stated and assumed tolerances.
 //!
-//! A stated tolerance is a normal distribution. One that nobody states is assumed to be 5 %, and that is not certain: a number that is
-//! far off says that its tolerance is another. So what is assumed has Student's t with one degree of freedom (the normal with a
-//! standard deviation that is not known; Lange, Little, Taylor, 1989), whose logarithm grows slowly: 15 % off costs 2.3 nats, half as much again 4.6,
-//! where a normal of 5 % has 4.5 and 50.
+//! A stated tolerance is a normal distribution. One that is not stated is assumed to be 5 %, which is uncertain
+//! itself. An assumed one is therefore Student's t with one degree of freedom (a normal distribution with unknown
+//! standard deviation; Lange, Little, Taylor, 1989), whose negative logarithm grows slowly: a deviation of 15 % costs
+//! 2.3 nats and one of 50 % 4.6, where a normal distribution of 5 % has 4.5 and 50.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::settings::solver::{PRIOR_CONVERGED, PRIOR_STEPS};
 
-/// Effects that move base parameters: each number of the motor file by itself, independent of the others.
+/// Prior of the base parameters: independent relative deviations of each value of the motor file.
 #[derive(Debug, Clone)]
 pub(crate) struct Tolerances {
-    /// By how much each base number (row) moves with each number of the file (column), in standard deviations of that.
+    /// Change of each base parameter (row) per standard deviation of each value of the file (column).
     ways: DMatrix<f64>,
-    /// Whether nobody states the column's.
+    /// Whether the tolerance of a column is assumed.
     is_assumed: Vec<bool>,
 }
 
-/// The likeliest way to be off by so much.
+/// The most probable combination of deviations.
 struct Likeliest {
-    /// Nats, 0 where nothing is off.
+    /// Negative log density in nats, 0 without a deviation.
     cost: f64,
-    /// Inverse of the covariance of the normal distribution that makes it as unlikely: back to nothing it gains the cost.
+    /// Precision of the normal distribution with the same cost: the quadratic form from 0 gives the cost.
     as_unlikely: DMatrix<f64>,
 }
 
 impl Tolerances {
-    /// Of columns: by how much each base number moves with a number of the file, its standard deviation included, and whether
-    /// that is assumed.
+    /// From columns: change of each base parameter per standard deviation of a value of the file, and whether that is
+    /// assumed.
     pub fn new(rows: usize, columns: Vec<(Vec<f64>, bool)>) -> Self {
         let ways = DMatrix::from_fn(rows, columns.len(), |i, k| columns[k].0[i]);
         let is_assumed = columns.into_iter().map(|column| column.1).collect();
         Self { ways, is_assumed }
     }
 
-    /// Covariance of the base numbers, what is assumed as if it were stated.
+    /// Covariance of the base parameters, with assumed tolerances as if stated.
     pub fn covariance(&self) -> DMatrix<f64> {
         &self.ways * self.ways.transpose()
     }
 
-    /// Nats by which it is unlikely that the base numbers are off by these.
+    /// Negative log density in nats of this deviation of the base parameters.
     pub fn cost(&self, off: &DVector<f64>) -> f64 {
         self.likeliest(off)
             .map_or(f64::INFINITY, |found| found.cost)
     }
 
-    /// The precision of the normal distribution that makes it as unlikely to be off by these.
+    /// The precision of the normal distribution with the same density at this deviation.
     pub fn as_unlikely(&self, off: &DVector<f64>) -> DMatrix<f64> {
         let rows = self.ways.nrows();
         self.likeliest(off)
             .map_or_else(|| DMatrix::identity(rows, rows), |found| found.as_unlikely)
     }
 
-    /// By how many standard deviations of a normal distribution one base number alone is off, as likely.
+    /// Deviation of one base parameter alone in standard deviations of a normal distribution with the same density.
     pub fn tolerances_off(&self, number: usize, off: f64) -> f64 {
         let alone = Self {
             ways: self.ways.rows(number, 1).into_owned(),
@@ -62,12 +62,13 @@ impl Tolerances {
         (2.0 * alone.cost(&DVector::from_element(1, off))).sqrt()
     }
 
-    /// The ways with these variances in units of the tolerances'.
+    /// The columns scaled by these variances in units of the tolerances'.
     fn scaled(&self, variances: &[f64]) -> DMatrix<f64> {
         &self.ways * DMatrix::from_diagonal(&DVector::from_column_slice(variances))
     }
 
-    /// By steps that each lower the cost: a normal distribution that touches it at the last (Lange, Little, Taylor, 1989).
+    /// Majorize-minimize iteration: each step minimizes a normal distribution that touches the density at the last
+    /// (Lange, Little, Taylor, 1989).
     fn likeliest(&self, off: &DVector<f64>) -> Option<Likeliest> {
         let mut variances: Vec<f64> = vec![1.0; self.is_assumed.len()];
         let mut chords = variances.clone();
@@ -106,7 +107,7 @@ impl Tolerances {
 mod tests {
     use super::*;
 
-    /// Two numbers that move with a common one, and by themselves.
+    /// Two parameters that depend on a common value, and on one each.
     fn two(is_assumed: bool) -> Tolerances {
         let column = |a: f64, b: f64| (vec![a, b], is_assumed);
         Tolerances::new(
@@ -128,7 +129,7 @@ mod tests {
         assert!((one - 0.2 / 0.005_f64.sqrt()).abs() < 1e-9, "{one}");
     }
 
-    /// One number with a tolerance of its own alone costs what Student's t says: ln(1 + z^2).
+    /// One parameter with a separate tolerance has the cost of Student's t: ln(1 + z^2).
     #[test]
     fn what_is_assumed_has_long_tails() {
         let alone = Tolerances::new(1, vec![(vec![0.05], true)]);
@@ -136,7 +137,7 @@ mod tests {
             let cost = alone.cost(&DVector::from_element(1, 0.05 * z));
             assert!((cost - (z * z).ln_1p()).abs() < 1e-9, "{z} {cost}");
         }
-        // Two that are off alike are off by what moves both: no dearer than one.
+        // Equal deviations of both are explained by the common value: no more expensive than one.
         let both = DVector::from_vec(vec![0.4, 0.4]);
         let (both, one) = (
             two(true).cost(&both),

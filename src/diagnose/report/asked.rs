@@ -1,9 +1,9 @@
-//! The command that asks for a diagnosis: what to do next repeats it.
+//! The command line of a diagnosis, which the proposed next step repeats.
 
 use crate::plain::quoted;
 use crate::recording::Run;
 
-/// The command line of a diagnosis of these runs, as far as the runs tell it; runs that are no files stand as `RUN...`.
+/// The command line of a diagnosis of these runs; runs without a file are `RUN...`.
 pub(crate) fn asked(runs: &[Run], held_out: &[Run], reference: &[Run]) -> String {
     let mut line = format!("motorlab diagnose {}", words(runs));
     for (flag, runs) in [("--hold-out", held_out), ("--reference", reference)] {

@@ -1,4 +1,4 @@
-//! Diagnosis of a recording with a fatal finding: nothing is asserted about the motor.
+//! Diagnosis of a recording with a fatal finding, without statements about the motor.
 
 use serde::Serialize;
 
@@ -14,17 +14,17 @@ pub struct BadRecording {
     pub verdict: Verdict,
     /// Fatal findings first, with their remedies.
     pub sentence: String,
-    /// Probability of what the verdict says: a finding is read off the recording.
+    /// Probability of the verdict: a finding is a fact.
     pub probability: f64,
     /// Every finding, the fatal ones first.
     pub data: Vec<Finding>,
-    /// How long the diagnosis took in s.
+    /// Computing time in s.
     pub elapsed_s: f64,
     #[serde(flatten)]
     nothing: Nothing,
 }
 
-/// Nothing is identified, measured, fitted, scored or located; the next experiment is the same one, corrected.
+/// Empty parts: the next experiment is the same one, corrected.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 struct Nothing {
     effects: [(); 0],
@@ -42,7 +42,7 @@ struct Nothing {
 }
 
 impl BadRecording {
-    /// The document of these findings, of which one at least is fatal.
+    /// The document for these findings, at least one of which is fatal.
     pub fn of(findings: Vec<Finding>) -> Self {
         let is_fatal = |finding: &&Finding| finding.severity == Severity::Fatal;
         let fatal: Vec<&Finding> = findings.iter().filter(is_fatal).collect();
@@ -58,7 +58,6 @@ impl BadRecording {
     }
 }
 
-/// Findings, with their remedies.
 fn sentence(fatal: &[&Finding]) -> String {
     let mut whats: Vec<&str> = fatal.iter().map(|found| found.message.as_str()).collect();
     let mut remedies: Vec<&str> = fatal.iter().map(|found| found.remedy.as_str()).collect();

@@ -11,7 +11,8 @@ pub struct BudgetStep {
     pub step: &'static str,
     /// Held-out RMS error in counts after the step.
     pub rms_counts: f64,
-    /// Share of the nominal reducible squared error that the step removes; of `nominal` all of it; of `unexplained` what is left.
+    /// Share of the nominal reducible squared error that the step removes; all of it for `nominal`, the remaining one
+    /// for `unexplained`.
     pub share: f64,
     /// Lower end of its 95 % interval.
     pub lo95: f64,
@@ -21,7 +22,7 @@ pub struct BudgetStep {
     pub alternatives: Vec<Alternative>,
 }
 
-/// An effect that would do as well.
+/// An equivalent effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Alternative {
     /// Its id.
@@ -41,8 +42,8 @@ pub struct Unexplained {
     pub lo95: f64,
     /// Upper end.
     pub hi95: f64,
-    /// The random load torque that would leave as much, one sigma as a share of stall.
+    /// The random load torque of equal effect, one sigma as a share of stall.
     pub equivalent_torque_share: f64,
-    /// Where it lies: time intervals with the largest shares.
+    /// Its location: time intervals with the largest shares.
     pub regions: Vec<Region>,
 }

@@ -1,4 +1,4 @@
-//! A diagnosis as a table: search, sets, budget, sentence.
+//! A diagnosis as text: search, sets, budget, sentence.
 
 use std::fmt;
 

@@ -18,7 +18,7 @@ pub const SHAPE: &str = "motorlab-diagnosis/3";
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// A fatal finding about the recording: nothing is asserted about the motor.
+    /// A fatal finding about the recording: no statement about the motor.
     BadRecording,
     /// The nominal model is within the noise floor.
     NoGap,
@@ -32,7 +32,7 @@ pub enum Verdict {
     Ambiguous,
     /// No effect is identified, and more than half of the reducible error is unexplained.
     OutsideCatalogue,
-    /// With a reference: these runs do as the reference did.
+    /// With a reference: no difference from the reference runs.
     NoChange,
 }
 
@@ -51,7 +51,7 @@ impl Verdict {
         }
     }
 
-    /// Its meaning, as part of a sentence.
+    /// Its meaning as part of a sentence.
     pub fn meaning(self) -> &'static str {
         match self {
             Self::BadRecording => "a finding about the recording is fatal",
@@ -81,16 +81,18 @@ pub struct Diagnosis {
     pub shape: &'static str,
     /// The verdict.
     pub verdict: Verdict,
-    /// The same in sentences, each figure taken from this document.
+    /// The verdict in sentences, with figures of this document.
     pub sentence: String,
-    /// Its four parts: the size of the error, its cause, what the model with it leaves, what to do next.
+    /// Its four parts: the size of the error, its cause, the remaining error, the next step.
     #[serde(skip)]
     pub parts: [String; 4],
-    /// Probability that all named effects (or their classes) are present; of `no_gap`, `parameters` and `no_change`, that none is.
+    /// Probability that all named effects (or their classes) are present; for `no_gap`, `parameters` and `no_change`,
+    /// that none is.
     pub probability: f64,
-    /// Ids of the identified effects, in the order of the squared error that they remove; of a class its most probable member.
+    /// Ids of the identified effects, in the order of the squared error that they remove; for a class its most
+    /// probable member.
     pub effects: Vec<&'static str>,
-    /// Classes that stand for identified effects whose members these runs do not separate.
+    /// Classes of identified effects whose members these runs do not separate.
     pub classes: Vec<EffectClass>,
     /// The error budget: `nominal`, `parameters`, each effect in the order of what it removes, `unexplained`.
     pub budget: Vec<BudgetStep>,
@@ -98,40 +100,40 @@ pub struct Diagnosis {
     pub unexplained: Unexplained,
     /// Effects by inclusion probability, most probable first.
     pub causes: Vec<Cause>,
-    /// Sets of effects by posterior probability; they add to 1.
+    /// Sets of effects by posterior probability; the sum is 1.
     pub sets: Vec<EffectSet>,
     /// Parameters that the runs determine.
     pub identifiable: Identifiable,
-    /// Where the error lies.
+    /// Location of the error.
     #[serde(rename = "where")]
     pub place: Place,
     /// The error of the nested models and its noise floor.
     pub gap: Gap,
     /// Re-identified base parameters beside the named effects, relative to the motor file's.
     pub base: BTreeMap<&'static str, Interval>,
-    /// Of a quick answer, the samples that it was searched and fitted on.
+    /// For a quick answer, the searched and fitted samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quick: Option<Quick>,
-    /// Reservations; empty where there are none.
+    /// Notes; empty without any.
     pub note: String,
     /// Findings about the recordings.
     pub data: Vec<Finding>,
     /// Next experiment, if a recording separates the remaining sets.
     pub next_experiment: Option<NextExperiment>,
-    /// The search, a round each.
+    /// The search by rounds.
     pub steps: Vec<SearchStep>,
-    /// How sets were scored.
+    /// The score of sets.
     pub scoring: Scoring,
-    /// Wall time in s.
+    /// Computing time in s.
     pub elapsed_s: f64,
     /// Samples simulated, a derivative counted as many again: a machine-independent cost.
     pub simulated_samples: u64,
-    /// The reference runs, where there are any.
+    /// The reference runs, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceRuns>,
-    /// Where the nominal motor comes from.
+    /// Source of the nominal motor.
     pub nominal_source: NominalSource,
-    /// The runs behind the figures of the budget, sample by sample.
+    /// Residuals behind the figures of the budget, by sample.
     #[serde(skip)]
     pub predicted: Vec<PredictedRun>,
     /// Quantity that the command sets.
@@ -149,7 +151,7 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
-    /// Replaces the fourth part of the sentence, where `rewrite` has another one.
+    /// Replaces the fourth part of the sentence if `rewrite` returns another one.
     pub fn rewrite_next(&mut self, rewrite: impl FnOnce(&str) -> Option<String>) {
         if let Some(next) = rewrite(&self.parts[3]) {
             self.parts[3] = next;
@@ -158,7 +160,7 @@ impl Diagnosis {
         }
     }
 
-    /// Whether numbers in N m, kg m^2, ohm and A mean something: a motor file, the handout or a known load states a torque.
+    /// Whether values in N m, kg m^2, ohm and A are determined: by a motor file, the handout or a known load.
     pub fn has_torque(&self) -> bool {
         self.identifiable.si.is_some()
             || self.nominal_source == NominalSource::Handout
@@ -166,17 +168,16 @@ impl Diagnosis {
     }
 }
 
-/// The part of the data that a quick answer rests on.
+/// The data of a quick answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quick {
-    /// Samples that were searched and fitted.
+    /// Searched and fitted samples.
     pub samples: usize,
-    /// Samples of the runs.
+    /// All samples of the runs.
     pub of_samples: usize,
 }
 
 impl Quick {
-    /// For the sentence.
     pub(crate) fn sentence(&self) -> String {
         let share = 100.0 * self.samples as f64 / self.of_samples.max(1) as f64;
         format!(
@@ -186,7 +187,7 @@ impl Quick {
     }
 }
 
-/// A class that stands for one effect.
+/// A class of effects in place of one of its members.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectClass {
     /// Id of the class.
@@ -197,7 +198,7 @@ pub struct EffectClass {
     pub members: Vec<&'static str>,
 }
 
-/// One effect and how probable it is.
+/// One effect with its probability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
     /// Id of the effect.
@@ -206,7 +207,7 @@ pub struct Cause {
     pub stage: &'static str,
     /// Inclusion probability: the sum over all sets that contain it.
     pub inclusion: f64,
-    /// The class that it belongs to, where these runs do not separate it from another member.
+    /// Its class, if these runs do not separate it from another member.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<&'static str>,
     /// Inclusion probability of that class.
@@ -221,7 +222,7 @@ pub struct Cause {
 /// A set of effects and its posterior probability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectSet {
-    /// Ids; none for the model without effects.
+    /// Ids; empty for the model without effects.
     pub effects: Vec<&'static str>,
     /// Posterior probability of exactly this set.
     pub probability: f64,
@@ -231,25 +232,25 @@ pub struct EffectSet {
     pub rms_counts: f64,
 }
 
-/// Which score was used.
+/// The score of sets.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Scoring {
-    /// `likelihood` where quantization and a random load torque explain what the best set leaves, else `scale_free`.
+    /// `likelihood` if quantization and a random load torque explain the residual of the best set, else `scale_free`.
     pub score: &'static str,
     /// Effective number of independent observations in the residual of the best set.
     pub effective_observations: f64,
-    /// Fitted random load torque beside the best set, one sigma as a share of stall.
+    /// Fitted random load torque for the best set, one sigma as a share of stall.
     pub random_load_share: f64,
-    /// Whitened squares of the best set over their expectation.
+    /// Mean square of the whitened residual of the best set over its expectation.
     pub whitened_squares: f64,
 }
 
-/// Runs that others are compared with, and the model that explains them.
+/// Reference runs and their model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReferenceRuns {
     /// Their names.
     pub runs: Vec<String>,
-    /// Effects of their model beside the motor file's own.
+    /// Effects of their model in addition to the motor file's.
     pub effects: Vec<&'static str>,
     /// Residual RMS of their model in counts.
     pub rms_counts: f64,
@@ -264,12 +265,13 @@ pub struct Interval {
     pub lo95: f64,
     /// Upper end.
     pub hi95: f64,
-    /// Unit; empty for a pure number.
+    /// Unit; empty for a dimensionless value.
     pub unit: &'static str,
-    /// The value in the reference runs, where there are any.
+    /// The value in the reference runs, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
-    /// The same in units of the command, where the resistance or the torque constant is assumed: this is what the runs determine.
+    /// The same in units of the command, if the resistance or the torque constant is assumed: the value that the runs
+    /// determine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub in_command: Option<CommandInterval>,
 }
@@ -285,12 +287,12 @@ pub struct CommandInterval {
     pub hi95: f64,
     /// Unit.
     pub unit: &'static str,
-    /// The value in the reference runs, where there are any.
+    /// The value in the reference runs, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
 }
 
-/// Ends of keys that name a unit which stands for an assumed resistance or torque constant.
+/// Ends of keys with a unit that depends on an assumed resistance or torque constant.
 const ASSUMED_UNITS: [&str; 8] = [
     "_nm",
     "_nm_s_per_rad",
@@ -302,14 +304,15 @@ const ASSUMED_UNITS: [&str; 8] = [
     "_per_w",
 ];
 
-/// A key without the unit that stands for an assumed resistance or torque constant.
+/// A key without a unit that depends on an assumed resistance or torque constant.
 pub(crate) fn without_assumed_unit(key: &str) -> &str {
     let mut units = ASSUMED_UNITS.iter();
     units.find_map(|unit| key.strip_suffix(unit)).unwrap_or(key)
 }
 
 impl Interval {
-    /// The parameter as the runs determine it, with its name: in SI, or in units of the command and without the unit in the key.
+    /// The parameter as the runs determine it, with its name: in SI, or in units of the command and without the unit
+    /// in the key.
     pub fn determined<'a>(&self, key: &'a str) -> (&'a str, Self) {
         let Some(own) = self.in_command else {
             return (key, *self);

@@ -2,19 +2,19 @@
 
 use serde::Serialize;
 
-/// An error that the user accepts.
+/// The error accepted by the user.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GoodEnough {
     /// A position error in counts RMS.
     Counts(f64),
-    /// A position error as a share of the travel of a segment, the median over segments: 0.01 is 1 %.
+    /// A position error relative to the median travel of a segment: 0.01 is 1 %.
     Share(f64),
 }
 
-/// How the error is held out where runs are.
+/// Name of the method with held-out runs.
 pub(crate) const HELD_OUT_RUNS: &str = "held-out runs";
 
-/// Multi-step prediction error over segments in counts RMS, held out unless said otherwise.
+/// Multi-step prediction error over segments in counts RMS, held out unless stated otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {
     /// Measured quantity.
@@ -25,13 +25,13 @@ pub struct Gap {
     pub floor: f64,
     /// Its parts.
     pub floor_parts: FloorParts,
-    /// Travel of a segment in counts, the median.
+    /// Median travel of a segment in counts.
     pub travel: f64,
     /// The nominal model.
     pub before: f64,
     /// With re-identified parameters.
     pub after_parameters: f64,
-    /// With the effects of the verdict, or of the most probable set where none is identified.
+    /// With the effects of the verdict, or of the most probable set if none is identified.
     pub after_effect: f64,
     /// Share of the nominal reducible squared error that the model of the verdict removes.
     pub closed: f64,
@@ -39,22 +39,24 @@ pub struct Gap {
     pub closed_lo95: f64,
     /// Upper end.
     pub closed_hi95: f64,
-    /// The same models on the data that they were fitted to.
+    /// Errors of the same models on the training data.
     pub fitted: Fitted,
-    /// How the data behind these figures was held out.
+    /// Method of holding data out.
     pub held_out: String,
 }
 
 /// Parts of the noise floor, in counts RMS.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FloorParts {
-    /// Error on simulated recordings of the re-identified motor: quantization.
+    /// Residual for simulated recordings of the re-identified motor: quantization.
     pub rounding: f64,
-    /// Error of a perfect model on recordings with the random effects of the model (lost edges, late samples); none where it has none.
+    /// Residual of a perfect model for recordings with its random effects (lost edges, late samples); `None` without
+    /// any.
     pub random: Option<f64>,
-    /// Difference between runs with the same commands, as one run's share; none where no commands repeat.
+    /// Repeatability: difference between runs with the same commands, as one run's share; `None` if no commands
+    /// repeat.
     pub repeats: Option<f64>,
-    /// Error accepted by the user; none where none is stated.
+    /// Accepted error; `None` if none is stated.
     pub good_enough: Option<f64>,
 }
 
@@ -66,7 +68,7 @@ impl FloorParts {
     }
 }
 
-/// Residual RMS in counts on the data that was fitted; it never rises from one to the next.
+/// Residual RMS in counts on the training data; non-increasing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fitted {
     /// The nominal model.

@@ -1,8 +1,8 @@
-//! Next experiment, as plain data, and in words for the bench.
+//! Next experiment, as plain data and as text.
 
 use serde::{Deserialize, Serialize};
 
-/// A known change on the bench, as `differs` and `--with` take it.
+/// A known change on the bench, as in `differs` and `--with`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KnownChange {
     /// Its key: `inertia_added_kg_m2`, `gravity_torque_nm` or `supply_v`.
@@ -25,29 +25,29 @@ impl KnownChange {
         }
     }
 
-    /// Facts about the run for `diagnose`; empty if its header states them.
+    /// Flag of `diagnose` for the run; `None` if the run's header states it.
     pub fn flag(&self, run: &str) -> Option<String> {
         let Self { key, value } = self;
         (key != "supply_v").then(|| format!("--with {run}:{key}={value}"))
     }
 }
 
-/// A recording that would tell more.
+/// A proposed recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NextExperiment {
-    /// The profile with its share of the supply and its duration, as `capture --profile` takes it.
+    /// The profile with its share of the supply and its duration, as for `capture --profile`.
     pub profile: String,
     /// Sample time in s.
     pub sample_time_s: f64,
-    /// How long in s.
+    /// Duration in s.
     pub duration_s: f64,
-    /// The command that records it; `PORT` is the board's.
+    /// The command line that records it; `PORT` is the board's.
     pub command: String,
-    /// Known change on the bench, where no profile alone separates the effects.
+    /// Known change on the bench, if no profile alone separates the effects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<KnownChange>,
     /// Effects that it separates.
     pub tells_apart: Vec<String>,
-    /// By how many standard deviations, at least.
+    /// Least separation in standard deviations.
     pub expected_separation: f64,
 }

@@ -1,15 +1,15 @@
-//! Where the nominal motor comes from.
+//! Source of the nominal motor.
 
 use serde::Serialize;
 
-/// Where the parameters of the nominal motor come from.
+/// Source of the nominal motor's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NominalSource {
-    /// A motor file, or a motor that the caller has.
+    /// A motor file, or a motor of the caller.
     #[default]
     Given,
-    /// The lab handout's motor: no motor file is given.
+    /// The lab handout's motor, without a motor file.
     Handout,
     /// A fit to the runs ([`nominal_fit`](crate::diagnose::nominal_fit)).
     Fit,

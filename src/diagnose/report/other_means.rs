@@ -1,13 +1,13 @@
-//! Measurements that separate causes which voltage and angle do not: a measurement by other means.
+//! Measurements that separate causes which voltage and angle do not.
 //!
-//! A supply that is another, a resolution that is another and a motor constant that is another are the same run. Which
-//! it is shows on a voltmeter, or in one turn by hand.
+//! Errors of the supply, of the resolution and of a motor constant have the same response. A voltmeter, or one turn
+//! by hand, separates them.
 
 use super::{Diagnosis, Verdict};
 use crate::diagnose::classes::members_of;
 use crate::motor::catalogue::ids;
 
-/// For each effect that others can imitate exactly, or nearly so within tolerances: what to measure instead.
+/// Measurements for effects that others imitate exactly, or nearly so within tolerances.
 const MEANS: [(&str, &str); 14] = [
     (
         ids::SUPPLY_ERROR,

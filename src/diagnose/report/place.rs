@@ -1,17 +1,17 @@
-//! Where the gap lies, as plain data: the stage of the chain, and the time intervals of the runs with their regimes.
+//! Location of the error, as plain data: stage of the chain, and time intervals of the runs with their regimes.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// Where the gap lies.
+/// Location of the error.
 #[derive(Debug, Clone, Serialize)]
 pub struct Place {
-    /// Stage of the named cause, of several joined by `+`; none where none is named.
+    /// Stage of the named effects, joined by `+`; `None` without any.
     pub stage: Option<String>,
-    /// Probability of each stage, given that a named effect is there.
+    /// Probability of each stage, given that a named effect is present.
     pub stage_probabilities: BTreeMap<&'static str, f64>,
-    /// Time intervals with the largest shares of the error; the rest is not listed.
+    /// Time intervals with the largest shares of the error; others are not listed.
     pub regions: Vec<Region>,
 }
 
@@ -20,13 +20,13 @@ pub struct Place {
 pub struct Region {
     /// Path of the run, or its number from 1.
     pub run: String,
-    /// From, in s.
+    /// Begin in s.
     pub from_s: f64,
-    /// To, in s.
+    /// End in s.
     pub to_s: f64,
     /// Its regime.
     pub regime: Regime,
-    /// Its share of the gap, 0 to 1.
+    /// Its share of the squared error, 0 to 1.
     pub share: f64,
 }
 
@@ -38,17 +38,17 @@ pub enum Regime {
     Standstill,
     /// Leaving rest.
     Breakaway,
-    /// Turning slowly.
+    /// Slow motion.
     LowSpeed,
-    /// Turning evenly.
+    /// Steady motion.
     Steady,
-    /// Getting faster.
+    /// Increasing speed.
     Accelerating,
-    /// Getting slower while driven.
+    /// Decreasing speed while driven.
     Braking,
-    /// Changing direction.
+    /// Reversing direction.
     Reversal,
-    /// Turning without a command.
+    /// Motion without a command.
     Coasting,
 }
 

@@ -1,12 +1,12 @@
-//! Measured minus predicted, sample by sample: the data behind the figures of the budget.
+//! Residuals by sample: the data behind the figures of the budget.
 
-/// One run, each segment predicted from its own measured initial state.
+/// One run, each segment predicted from its measured initial state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PredictedRun {
-    /// Its index among the held-out runs, or among the diagnosed runs where none are held out.
+    /// Its index among the held-out runs, or among the diagnosed runs if none are held out.
     pub run: usize,
-    /// Measured minus predicted position in counts by sample: nominal model, re-identified parameters, with effects. NaN outside
-    /// segments.
+    /// Measured minus predicted position in counts by sample: nominal model, re-identified parameters, with effects.
+    /// NaN outside segments.
     pub gap_counts: [Vec<f64>; 3],
     /// First samples of segments.
     pub starts: Vec<usize>,

@@ -1,4 +1,4 @@
-//! How the search went, round by round: plain data, and the table of `--explain`.
+//! Rounds of the search, as plain data, and the table of `--explain`.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use crate::diagnose::settings::conventions::SCREENED_SHOWN;
 pub struct SearchStep {
     /// The best set before it.
     pub from: Vec<&'static str>,
-    /// Sets that were screened best beside it, with their linear score.
+    /// Best screened sets in addition to it, with their linear score.
     pub screened: Vec<(Vec<&'static str>, f64)>,
     /// The best set after it.
     pub best: Vec<&'static str>,

@@ -1,10 +1,11 @@
-//! The error of a segment's measured initial state, removed from residuals and derivatives.
+//! Marginalization of the error of a segment's measured initial state from residuals and derivatives.
 //!
-//! Prediction errors of a segment are `e + A b`: columns of `A` are what an offset of the angle and an error of the initial speed make of
-//! the position, `b` has the prior covariance `D` (quantization of the first sample; variance of the measured speed). With `e` of the
-//! variance of quantization `s2`, the covariance is `s2 (I + A D A'/s2)`. Its symmetric inverse square root is
-//! `W = I - sum_k (1 - 1/sqrt(1 + l_k)) u_k u_k'` with the eigenpairs `(l_k, u_k)` of `A D A'/s2`, so that correcting is two scalar
-//! products, linear, and the same for every model (generalized least squares; marginalized nuisance parameters).
+//! Prediction errors of a segment are `e + A b`: columns of `A` are the responses of the position to an offset of the
+//! angle and to an error of the initial speed, `b` has the prior covariance `D` (quantization of the first sample;
+//! variance of the measured speed). If `e` has the variance of quantization `s2`, the covariance is `s2 (I + A D
+//! A'/s2)`. Its symmetric inverse square root is `W = I - sum_k (1 - 1/sqrt(1 + l_k)) u_k u_k'` with the eigenpairs
+//! `(l_k, u_k)` of `A D A'/s2`, so that a correction is two scalar products, linear, and the same for every model
+//! (generalized least squares; marginalized nuisance parameters).
 
 use super::{Recording, Segment};
 use crate::diagnose::settings::solver::LAST_DIGITS;
@@ -70,7 +71,7 @@ fn shrinkage(eigenvalue: f64) -> f64 {
     1.0 - 1.0 / (1.0 + eigenvalue).sqrt()
 }
 
-/// Counts by which a segment moves further for each count/s of additional initial speed.
+/// Response of a segment's position in counts per count/s of additional initial speed.
 fn speed_response(run: &Recording, segment: &Segment, time_constant_s: f64) -> Vec<f64> {
     let (mut turned, mut speed) = (0.0, 1.0);
     let mut column = Vec::with_capacity(segment.len());
@@ -92,8 +93,8 @@ mod tests {
     use crate::diagnose::settings::Settings;
     use crate::motor::Motor;
 
-    /// An offset and an error of the initial speed within their standard deviations are removed but for a tenth; a residual of zero mean
-    /// that does not resemble them passes.
+    /// An offset and an error of the initial speed within their standard deviations are reduced to a tenth; a
+    /// residual orthogonal to them is unchanged.
     #[test]
     fn initial_state_errors_are_removed_and_other_errors_pass() {
         let run = recording(&Motor::default(), 2000);

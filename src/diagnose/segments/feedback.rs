@@ -1,9 +1,9 @@
-//! Whether the command of a run answers to its motion (closed loop).
+//! Detection of closed loops: whether the command of a run depends on its motion.
 //!
-//! In open loop a command depends on its own past at most. A controller's depends on the position that it has just read: on what the past
-//! of command and position does not tell of it, with the opposite sign. The share of the command's innovation that this explains (partial
-//! R^2 of a regression; Granger 1969) is above 0.69 for the position loops of the servos that were looked at, and below 0.12 for other real
-//! recordings.
+//! In open loop a command depends on its own past at most. A controller's depends on the position that it has just
+//! read, with the opposite sign: on the innovation of the position given the past of command and position. The share
+//! of the command's innovation that it explains (partial R^2 of a regression; Granger 1969) is above 0.69 for
+//! position loops of servos, and below 0.12 for other real recordings.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,7 +12,7 @@ use crate::diagnose::model::{dot, less};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::solver::LAST_DIGITS;
 
-/// Whether a command answers to the counts that are read at the same sample.
+/// Whether a command depends on the counts read at the same sample.
 pub(super) fn answers_to_motion(command: &[f64], counts: &[f64], settings: &Settings) -> bool {
     let past_samples = settings.feedback_samples;
     let n = command.len().min(counts.len());
@@ -40,7 +40,7 @@ pub(super) fn answers_to_motion(command: &[f64], counts: &[f64], settings: &Sett
     both < 0.0 && both * both > settings.feedback_share * of_command * of_motion
 }
 
-/// Residual of another column after a regression; `None` if it is zero.
+/// Innovation of a column: the residual of its regression; `None` if it is zero.
 fn innovation(columns: &[Vec<f64>], of: &[f64]) -> Option<Vec<f64>> {
     let mut normal: DMatrix<f64> = gram(columns);
     for k in 0..normal.nrows() {
@@ -70,8 +70,8 @@ mod tests {
         counts.into_iter().map(|n| n as f64).collect()
     }
 
-    /// A position loop computes each command from the counts that it has just read; played again from a table the same command is open loop
-    /// for another motor.
+    /// A position loop computes each command from the counts that it has just read; the same command played from a
+    /// table is open loop for another motor.
     #[test]
     fn a_position_loop_answers_and_a_profile_does_not() {
         let settings = Settings::default();

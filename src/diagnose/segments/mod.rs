@@ -1,9 +1,9 @@
-//! Runs cut into segments, each predicted from its own measured initial state (multiple shooting; Bock 1983).
+//! Runs cut into segments, each predicted from its measured initial state (multiple shooting; Bock 1983).
 //!
-//! In: runs and a motor (its time constant sets the length of a segment). Out: [`Segments`]. An initial state is the measured angle and
-//! a speed by local regression; hidden states (temperature, current, side of a backlash, delayed command) continue from the past.
-//! The error of the measured initial state is removed from every residual and derivative by one linear operator per segment
-//! ([`correction`]), the same for all models.
+//! In: runs and a motor (its time constant sets the length of a segment). Out: [`Segments`]. An initial state is the
+//! measured angle and a speed by local regression; hidden states (temperature, current, side of a backlash, delayed
+//! command) continue from the past. The error of the measured initial state is removed from every residual and
+//! derivative by one linear operator per segment ([`correction`]), the same for all models.
 
 mod correction;
 mod feedback;
@@ -33,7 +33,7 @@ pub(crate) struct Segment {
     pub run: usize,
     pub from: usize,
     pub to: usize,
-    /// Index of its first sample among those of all segments.
+    /// Index of its first sample in the concatenation of all segments.
     pub at: usize,
     /// Standard deviation of its initial speed in counts/s.
     pub start_speed_sd: f64,
@@ -44,7 +44,7 @@ impl Segment {
         self.to - self.from
     }
 
-    /// Its samples among those of all segments.
+    /// Its samples in the concatenation of all segments.
     pub fn range(&self) -> Range<usize> {
         self.at..self.at + self.len()
     }
@@ -55,13 +55,13 @@ impl Segment {
 pub(crate) struct Segments {
     pub runs: Vec<Recording>,
     pub segments: Vec<Segment>,
-    /// Samples in all.
+    /// Number of samples.
     pub len: usize,
-    /// Counts from the segment's first sample, segment after segment.
+    /// Counts relative to the segment's first sample, concatenated.
     pub counts: Vec<f64>,
     /// Information of each sample relative to an independent one: samples at rest repeat one observation.
     pub weight: Vec<f64>,
-    /// Spread in s of arrival times, where times are arrivals at the host.
+    /// Spread of arrival times in s, if times are arrivals at the host.
     pub arrivals_s: f64,
     /// Simulation cost of these and of copies of them.
     pub work: Work,
@@ -85,8 +85,8 @@ impl Segments {
         let mut segments = Vec::new();
         let mut len = 0;
         for (number, run) in recordings.iter_mut().enumerate() {
-            // In closed loop a motor that does not answer to its command predicts best in the long run; a short segment is an equation
-            // error (Ljung 1999, section 13.4).
+            // In closed loop a motor that ignores its command predicts best in the long run; a short segment is an
+            // equation error (Ljung 1999, section 13.4).
             let least = match run.is_closed_loop {
                 true => settings.segment_samples,
                 false => {
@@ -118,7 +118,7 @@ impl Segments {
         Ok(made.with_time_constant(time_constant_s(motor)))
     }
 
-    /// Of segments of recordings, without a correction yet.
+    /// From segments of recordings, without a correction.
     fn of(recordings: Vec<Recording>, segments: Vec<Segment>, arrivals_s: f64) -> Self {
         let len = segments.iter().map(Segment::len).sum();
         let mut counts = Vec::with_capacity(len);
@@ -145,7 +145,7 @@ impl Segments {
         }
     }
 
-    /// The same with the correction of initial states for a motor of this time constant.
+    /// With the correction of initial states for a motor with this time constant.
     #[must_use]
     pub fn with_time_constant(mut self, time_constant_s: f64) -> Self {
         self.correction = (self.segments.iter())
@@ -154,7 +154,8 @@ impl Segments {
         self
     }
 
-    /// The same segments of recordings with other counts (from each run's first sample), for a motor of this time constant.
+    /// The same segments with other counts (relative to each run's first sample), for a motor with this time
+    /// constant.
     pub fn with_counts(
         &self,
         counts: impl IntoIterator<Item = Vec<f64>>,
@@ -171,14 +172,14 @@ impl Segments {
         made.with_time_constant(time_constant_s)
     }
 
-    /// Removes from a residual or derivative in counts what errors of the initial states make of it.
+    /// Removes the response to errors of the initial states from a residual or derivative in counts.
     pub fn correct(&self, column: &mut [f64]) {
         for (segment, correction) in self.segments.iter().zip(&self.correction) {
             correction.apply(&mut column[segment.range()]);
         }
     }
 
-    /// The same of a copy.
+    /// The corrected copy of a column.
     pub fn corrected(&self, column: &[f64]) -> Vec<f64> {
         let mut out = column.to_vec();
         self.correct(&mut out);
@@ -193,7 +194,7 @@ impl Segments {
     }
 }
 
-/// Where a part of a run is cut into so many segments: at even places, but not where the speed bends, if the shaft moves evenly nearby.
+/// Uniform cuts of a part of a run, moved away from changes of speed if the shaft moves steadily nearby.
 fn cuts(run: &Recording, part: &Range<usize>, count: usize) -> Vec<usize> {
     let n = part.len();
     let reach = n / count / CUT_REACH;
@@ -215,7 +216,7 @@ pub(crate) fn time_constant_s(motor: &Motor) -> f64 {
     motor.parameters.inertia_kg_m2 / drag.max(f64::MIN_POSITIVE)
 }
 
-/// Torque against the speed in N m s/rad: viscous friction, and the back-EMF of a motor that is driven by a voltage.
+/// Damping in N m s/rad: viscous friction, and the back EMF of a voltage-driven motor.
 pub(crate) fn drag(p: &Parameters, kind: CommandKind) -> f64 {
     let coupling = match kind {
         CommandKind::Voltage => {
@@ -226,7 +227,8 @@ pub(crate) fn drag(p: &Parameters, kind: CommandKind) -> f64 {
     p.viscous_friction_nm_s_per_rad + coupling
 }
 
-/// How many samples from the first on are one observation of a shaft at rest: those of one count, or of two neighbours between which
+/// Number of samples from the first on that are one observation of a shaft at rest: of one count, or of two
+/// neighbours between which the encoder dithers.
 /// the encoder dithers.
 fn at_rest(seen: &[f64]) -> usize {
     let first = seen[0];
@@ -242,8 +244,8 @@ fn at_rest(seen: &[f64]) -> usize {
     same
 }
 
-/// Width in s of a uniform spread of arrivals about even times whose intervals have the measured variance: that of an interval is twice
-/// that of an arrival, and a uniform spread of width 1 has variance 1/12.
+/// Width in s of a uniform distribution of arrival times whose intervals have the measured variance: that of an
+/// interval is twice that of an arrival, and a uniform distribution of width 1 has variance 1/12.
 fn arrival_spread_s(t_s: &[f64]) -> f64 {
     let n = (t_s.len() - 1) as f64;
     let mean = (t_s[t_s.len() - 1] - t_s[0]) / n;
@@ -260,8 +262,8 @@ mod tests {
     use crate::diagnose::samples::recording;
     use crate::motor::{Drive, SimulationOptions, simulate};
 
-    /// A command that steps at even places of cuts: beside it the motor itself leaves quantization, 1/sqrt(12) = 0.29 counts, and
-    /// on it 0.45, since no initial speed is measured there.
+    /// A command that steps at uniform cuts: with moved cuts the true motor leaves quantization, 1/sqrt(12) = 0.29
+    /// counts, and with cuts at the steps 0.45, since the initial speed cannot be measured there.
     #[test]
     fn the_motor_itself_leaves_quantization_where_commands_step_at_cuts() {
         let motor = Motor::default();

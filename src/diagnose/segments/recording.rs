@@ -1,4 +1,4 @@
-//! One run prepared for fitting: its columns, smoothed speed, and the simulator that starts where it starts.
+//! One run prepared for fitting: its columns, smoothed speed, and simulators with its initial state.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -16,49 +16,48 @@ use crate::motor::{Drive, KnownDifferences, Model, SimulationError};
 use crate::recording::Run;
 use crate::units::ROUNDING_VARIANCE;
 
-/// One run.
 #[derive(Debug, Clone)]
 pub(crate) struct Recording {
     pub t_s: Vec<f64>,
     pub command: Vec<f64>,
-    /// Counts from the first sample.
+    /// Counts relative to the first sample.
     pub counts: Vec<f64>,
     /// Counts of the first sample.
     pub first_counts: f64,
-    /// Speed in counts/s, smoothed.
+    /// Smoothed speed in counts/s.
     pub speed: Vec<f64>,
     /// Whether the shaft moves.
     pub moving: Vec<bool>,
     pub sample_time_s: f64,
     /// Rad per count.
     pub rad: f64,
-    /// The supply in V that the run states.
+    /// Stated supply of the run in V.
     pub supply_v: Option<f64>,
     /// Its known differences.
     pub known: KnownDifferences,
-    /// Error of the board's clock against the host's, and over how many seconds.
+    /// Rate error of the board's clock relative to the host's, and the interval in s over which it was measured.
     pub clock: Option<(f64, f64)>,
     /// Whether the position is integrated from logged speeds.
     pub is_integrated: bool,
-    /// Whether these are means since the sample before.
+    /// Whether these are means since the previous sample.
     pub is_integrated_backward: bool,
-    /// To which the log rounds them, in counts/s.
+    /// Their resolution in the log, in counts/s.
     pub speed_resolution: Option<f64>,
     /// Whether the shaft turns by half a turn or more per sample.
     pub is_aliased: bool,
-    /// Whether the command answers to the motion.
+    /// Whether the command depends on the motion.
     pub is_closed_loop: bool,
-    /// Largest speed in counts/s, 1 at least.
+    /// Largest speed in counts/s, at least 1.
     pub top: f64,
     /// Initial speed in counts/s with its standard deviation.
     pub first_speed: (f64, f64),
-    /// Starts anew at every segment.
+    /// Simulator with a restart at every segment.
     pub simulator: Simulator,
-    /// Runs through from the first sample: what a simulated recording comes from.
+    /// Simulator without restarts: the source of simulated recordings.
     pub continuous: Simulator,
-    /// Samples at which the simulation starts anew.
+    /// Samples at which the simulation restarts.
     pub restarts: Vec<usize>,
-    /// Intervals in which the drive was off under its command: no segment has them, and the command is 0 in them.
+    /// Intervals in which the drive was off under its command: they are in no segment, and the command is 0 in them.
     pub off: Vec<Range<usize>>,
     pub settings: Settings,
 }
@@ -122,12 +121,12 @@ impl Recording {
         })
     }
 
-    /// The samples between the intervals in which the drive was off, in parts that segments are made of.
+    /// The samples between the intervals in which the drive was off, in parts of at least one segment.
     pub fn driven(&self) -> Vec<Range<usize>> {
         driven(self.t_s.len(), &self.off, self.settings.segment_samples)
     }
 
-    /// Restarts the simulation at these samples, the first of which begins it, from the states measured there.
+    /// Restarts the simulation at these samples, the first of which begins it, from the measured states.
     pub fn restart(&mut self, samples: Vec<usize>) {
         let resets: Vec<Reset> = samples.iter().map(|k| self.start(*k).0).collect();
         let mut resets = resets.into_iter();
@@ -142,7 +141,7 @@ impl Recording {
         self.restarts = samples;
     }
 
-    /// The same recording with other counts from the first sample, its initial states measured anew.
+    /// The same recording with other counts relative to the first sample, its initial states measured again.
     pub fn with_counts(&self, counts: Vec<f64>) -> Self {
         let (speed, moving) = motion(
             &self.t_s,
@@ -162,8 +161,9 @@ impl Recording {
         other
     }
 
-    /// Speed at a sample in counts/s, and its standard deviation: by a regression over the samples around, whose bend (the slopes before
-    /// and behind differ) adds to its uncertainty. A run begins as its first samples say.
+    /// Speed at a sample in counts/s with its standard deviation: by regression over the neighbouring samples, with
+    /// an additional uncertainty where the slopes before and after differ. At the start of a run it is that of its
+    /// first samples.
     pub fn start_speed(&self, k: usize) -> (f64, f64) {
         if k == 0 {
             return self.first_speed;
@@ -183,8 +183,8 @@ impl Recording {
         }
     }
 
-    /// Whether the speed of a moving shaft changes so fast at a sample that this makes most of the uncertainty of its initial state: there a
-    /// command steps.
+    /// Whether a change of the speed at a sample dominates the uncertainty of its initial state, as at a step of the
+    /// command.
     pub fn bends(&self, k: usize) -> bool {
         let share = self.settings.start_speed_share * self.top;
         self.moving[k]
@@ -193,7 +193,8 @@ impl Recording {
             })
     }
 
-    /// Speed in counts/s with its standard deviation by a regression over the samples around one, over those before, and over those behind.
+    /// Speed in counts/s with its standard deviation by regressions over the samples around one, before it, and after
+    /// it.
     fn slopes(&self, k: usize) -> Option<[(f64, f64); 3]> {
         let half = ((self.settings.start_window_s / self.sample_time_s).ceil() as usize).max(2);
         let (from, to) = (
@@ -204,7 +205,7 @@ impl Recording {
         Some([line(from, to)?, line(from, k)?, line(k, to)?])
     }
 
-    /// By how many counts (one sigma) the scatter of a logged speed moves the position that is integrated from it, at a sample.
+    /// Standard deviation in counts of a position integrated from noisy logged speeds, at a sample.
     pub fn scatter(&self, noise: Noise, k: usize) -> f64 {
         if !self.is_integrated || !self.moving[k] {
             return 0.0;
@@ -212,8 +213,8 @@ impl Recording {
         noise.speed_counts_s * (self.t_s[k] - self.t_s[k - 1])
     }
 
-    /// By how many counts each sample of a position is off that is integrated from its rounded speeds; `phase` is where in the rounding
-    /// a speed of 0 lies.
+    /// Error in counts of a position integrated from rounded speeds, at each sample; `phase` is the position of 0
+    /// within the rounding interval.
     pub fn rounding_of_speeds(&self, position: &[f64], phase: f64) -> Vec<f64> {
         let n = position.len();
         let Some(resolution) = self.speed_resolution else {
@@ -269,7 +270,7 @@ impl Recording {
     }
 }
 
-/// The parts of so many samples between intervals that are in their order; all samples where there is no such part.
+/// The parts of at least this number of samples between ordered intervals; all samples if there is no such part.
 pub(crate) fn driven(samples: usize, off: &[Range<usize>], least: usize) -> Vec<Range<usize>> {
     let begins = std::iter::once(0).chain(off.iter().map(|off| off.end));
     let ends = off.iter().map(|off| off.start).chain([samples]);
@@ -281,13 +282,13 @@ pub(crate) fn driven(samples: usize, off: &[Range<usize>], least: usize) -> Vec<
     }
 }
 
-/// Initial speed in counts/s as the plain fit of the first samples gives it, with its standard deviation.
+/// Initial speed in counts/s from the plain fit of the first samples, with its standard deviation.
 fn first_speed(t_s: &[f64], command: &[f64], counts: &[f64], per_rev: f64) -> (f64, f64) {
     let start = start_of(&Record::from_rest(t_s, command, counts, per_rev));
     (start.speed_counts_s, start.variance.sqrt())
 }
 
-/// Smoothed speed in counts/s, and where the shaft moves by more than the count that an edge dithers by, there and back included.
+/// Smoothed speed in counts/s, and whether the shaft moves by more than one count of dither.
 fn motion(t_s: &[f64], counts: &[f64], sample_time_s: f64, window_s: f64) -> (Vec<f64>, Vec<bool>) {
     let half = (window_s / sample_time_s)
         .round()
@@ -309,7 +310,7 @@ fn motion(t_s: &[f64], counts: &[f64], sample_time_s: f64, window_s: f64) -> (Ve
         .unzip()
 }
 
-/// Slope of a regression line, with its standard deviation by quantization.
+/// Slope of a regression line, with its standard deviation due to quantization.
 fn slope(t_s: &[f64], y: &[f64]) -> Option<(f64, f64)> {
     let n = t_s.len() as f64;
     let (mt, my) = (t_s.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);

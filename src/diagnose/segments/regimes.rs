@@ -5,7 +5,7 @@ use crate::diagnose::report::Regime;
 
 use crate::diagnose::settings::conventions::SLOW;
 
-/// The regime of each sample: changes are looked for over the speed window to either side, breakaway lasts two windows.
+/// The regime of each sample: changes are detected over the speed window on either side, breakaway lasts two windows.
 pub(crate) fn regimes(run: &Recording) -> Vec<Regime> {
     let window_s = run.settings.speed_window_s();
     let half = ((window_s / run.sample_time_s).round() as usize).max(1);

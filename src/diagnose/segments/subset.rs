@@ -1,9 +1,9 @@
-//! Long recordings are represented by a stratified subset of their segments.
+//! A stratified subset of the segments of long recordings.
 //!
-//! Strata are the regimes under each quarter of the command range in either direction: each has as many segments as any other as
-//! long as it has any, spread as evenly over time as they allow. The hidden state at a segment's start (delayed command, current, side
-//! of a backlash) comes from a lead that is simulated and not compared; temperatures continue through what is left out by the means of
-//! its squares.
+//! Strata are the regimes in each quarter of the command range in either direction: each has the same number of
+//! segments as far as available, distributed uniformly over time. The hidden state at a segment's start (delayed
+//! command, current, side of a backlash) comes from a lead that is simulated and not compared; temperatures continue
+//! through omitted parts by their means of squares.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,13 +18,13 @@ use crate::recording::Run;
 #[derive(Debug)]
 pub(crate) struct Subset {
     pub segments: Segments,
-    /// The runs with nothing but that, at times without gaps.
+    /// The cut runs, with consecutive times.
     pub runs: Vec<Run>,
 }
 
 impl Subset {
-    /// Of at most so many samples of these segments of these runs; none where they have no more. Where a residual is given, half of them
-    /// are the segments that it is largest in.
+    /// A subset of at most this number of samples; `None` if the runs have no more. If a residual is given, half of
+    /// the samples are the segments with the largest one.
     pub fn new(
         all: &Segments,
         runs: &[Run],
@@ -39,8 +39,9 @@ impl Subset {
         Self::of(all, runs, motor, &drawn(all, most_samples, &first, false)).map(Some)
     }
 
-    /// For a quick answer: a share of the samples that are searched otherwise, as whole segments, with each run, regime and command level
-    /// among them, and no fewer segments than a cross-validation has folds. None where that is all.
+    /// A subset for a quick answer: a share of the samples otherwise searched, as whole segments, with each run,
+    /// regime and command level, and at least one segment per fold of the cross-validation. `None` if that is
+    /// everything.
     pub fn quick(
         all: &Segments,
         runs: &[Run],
@@ -57,7 +58,6 @@ impl Subset {
         Self::of(all, runs, motor, &drawn).map(Some)
     }
 
-    /// Of these segments.
     fn of(
         all: &Segments,
         runs: &[Run],
@@ -103,13 +103,13 @@ impl Subset {
 /// A stratum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Cell {
-    /// A regime, and in which part of its range the command is.
+    /// A regime and a part of the command range.
     Motion(Regime, i32),
     /// A run.
     Run(usize),
 }
 
-/// Numbers of the segments of the subset, in order. `covers`: every stratum and every run is in it, whatever it takes.
+/// Indices of the segments of the subset, ascending. `covers`: every stratum and every run is included, at any size.
 fn drawn(all: &Segments, most_samples: usize, first: &[usize], covers: bool) -> BTreeSet<usize> {
     let mut cells: BTreeMap<Cell, Vec<usize>> = BTreeMap::new();
     let commands = all.runs.iter().flat_map(|run| &run.command);
@@ -143,7 +143,7 @@ fn drawn(all: &Segments, most_samples: usize, first: &[usize], covers: bool) -> 
         }
         let segment = first.next().or_else(|| {
             let taken = |cell: &Cell| of_cell.get(cell).map_or(0, BTreeSet::len);
-            // Of those with as few, the one that has fewest to give.
+            // Among those with the fewest chosen, the one with the fewest available.
             let fewest = cells
                 .iter()
                 .min_by_key(|(cell, of)| (taken(cell), of.len()));
@@ -164,7 +164,7 @@ fn drawn(all: &Segments, most_samples: usize, first: &[usize], covers: bool) -> 
     drawn
 }
 
-/// Segments with the largest mean square of a residual, of at most so many samples together.
+/// Segments with the largest mean square of a residual, with at most this number of samples together.
 fn largest(all: &Segments, residual: &[f64], most_samples: usize) -> Vec<usize> {
     let mean_square = |k: &usize| {
         let r = &residual[all.segments[*k].range()];
@@ -183,7 +183,7 @@ fn largest(all: &Segments, residual: &[f64], most_samples: usize) -> Vec<usize> 
         .collect()
 }
 
-/// The segment that lies farthest from those that are drawn; the middle one where there are none.
+/// The segment farthest from the chosen ones; the middle one if there are none.
 fn farthest(segments: &[usize], drawn: Option<&BTreeSet<usize>>) -> Option<usize> {
     let Some(drawn) = drawn else {
         return segments.get(segments.len() / 2).copied();
@@ -197,11 +197,11 @@ fn farthest(segments: &[usize], drawn: Option<&BTreeSet<usize>>) -> Option<usize
     (apart(farthest) > 0).then_some(*farthest)
 }
 
-/// One recording with nothing but some segments and what leads to them.
+/// One recording cut to some segments and their leads.
 struct Cut {
     recording: Recording,
     run: Run,
-    /// Where each segment begins.
+    /// Start of each segment.
     begins: Vec<usize>,
 }
 
@@ -294,14 +294,14 @@ impl Cut {
     }
 }
 
-/// Samples left out of a recording before a sample, in blocks.
+/// Omitted samples of a recording before a sample, in blocks.
 fn skips(
     whole: &Recording,
     left_out: std::ops::Range<usize>,
     block: usize,
     before: usize,
 ) -> impl Iterator<Item = Skipped> {
-    // A speed between samples so far apart that rounding says little of its square.
+    // Samples far enough apart for quantization to contribute little to the square of the speed.
     let apart = ((whole.settings.start_window_s / whole.sample_time_s).round() as usize).max(1);
     let end = left_out.end;
     left_out.step_by(block).map(move |from| {
@@ -333,7 +333,7 @@ mod tests {
     use crate::diagnose::settings::Settings;
     use crate::motor::{CommandKind, SimulationOptions, simulate};
 
-    /// A run of one level of 1.5 s after the other.
+    /// A run of consecutive levels of 1.5 s.
     fn run(levels: &[f64]) -> Run {
         let command: Vec<f64> = levels.iter().flat_map(|level| vec![*level; 150]).collect();
         let t_s: Vec<f64> = (0..command.len()).map(|k| 0.01 * k as f64).collect();
@@ -353,7 +353,7 @@ mod tests {
         }
     }
 
-    /// Long runs of one level, and short ones with a level each that no other run has.
+    /// Long runs of one level, and short ones with a unique level each.
     #[test]
     fn a_quick_answer_has_every_run_and_every_command_level() {
         let settings = Settings::default();

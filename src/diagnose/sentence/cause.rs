@@ -59,7 +59,7 @@ fn with_probability(cause: &Cause) -> String {
     )
 }
 
-/// The most probable causes where none is identified; those at the limit of a range have a note of their own.
+/// The most probable causes if none is identified; those at the limit of a range have a separate note.
 fn candidates(said: &Diagnosis) -> String {
     let listed_causes: Vec<String> = (said.causes.iter())
         .filter(|cause| cause.inclusion >= MENTIONED_FROM && !cause.at_bound)
@@ -74,7 +74,7 @@ fn candidates(said: &Diagnosis) -> String {
 
 /// Why a probable effect is not identified: it does not reduce the held-out error by a tenth.
 fn unconfirmed(said: &Diagnosis, settings: &Settings) -> &'static str {
-    // A class has what its members have, and is not identified with one of them at a bound.
+    // A class has its members' probabilities, and is not identified with one of them at a bound.
     let is_bounded = |cause: &Cause| {
         (said.causes.iter()).any(|other| {
             other.at_bound
@@ -156,7 +156,7 @@ fn members(said: &Diagnosis, class: &EffectClass) -> String {
         .iter()
         .filter(|cause| class.members.contains(&cause.effect));
     let sum: f64 = each.map(|cause| cause.inclusion).sum();
-    // Several of them are present in some set.
+    // More than one of them is present in some set.
     let at_least = if sum > class.probability + MENTIONED_FROM {
         "at least "
     } else {
@@ -169,7 +169,7 @@ fn members(said: &Diagnosis, class: &EffectClass) -> String {
     )
 }
 
-/// Shares that re-identified parameters and the effects remove.
+/// Shares removed by re-identified parameters and the effects.
 fn reductions(said: &Diagnosis) -> String {
     let gap = &said.gap;
     let alone = share_of(said, "parameters");
@@ -203,7 +203,7 @@ fn reductions(said: &Diagnosis) -> String {
     text
 }
 
-/// Identified effects that add held-out error, with the error before and after.
+/// Identified effects that increase the held-out error, with the error before and after.
 fn doubtful(said: &Diagnosis) -> String {
     let with_before = said.budget.iter().zip(said.budget.iter().skip(1));
     let adding = with_before.filter(|(_, step)| is_doubtful(said, step.step));
@@ -219,12 +219,12 @@ fn doubtful(said: &Diagnosis) -> String {
         .collect()
 }
 
-/// Whether an identified effect adds held-out error.
+/// Whether an identified effect increases the held-out error.
 pub(super) fn is_doubtful(said: &Diagnosis, id: &str) -> bool {
     said.effects.len() > 1 && said.effects.contains(&id) && share_of(said, id) < 0.0
 }
 
-/// Effects that are probable, but not counted as identified, beside identified ones.
+/// Probable effects that are not identified, in addition to identified ones.
 fn also(said: &Diagnosis) -> String {
     let named = |cause: &&Cause| {
         said.effects.contains(&cause.effect)

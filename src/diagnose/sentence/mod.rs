@@ -1,6 +1,6 @@
-//! Sentences of a diagnosis: from the document, and from nothing else.
+//! Sentences of a diagnosis, from its document only.
 //!
-//! Four parts: the size of the error, its cause, what the model with it leaves, what to do next.
+//! Four parts: the size of the error, its cause, the remaining error, the next step.
 
 mod cause;
 mod next;
@@ -68,7 +68,7 @@ fn error(said: &Diagnosis) -> String {
     }
 }
 
-/// Whether the nominal motor was fitted to the runs that its error is of.
+/// Whether the nominal motor was fitted to the runs of the error.
 fn is_nominal_fitted(said: &Diagnosis) -> bool {
     said.nominal_source == NominalSource::Fit && said.gap.held_out != HELD_OUT_RUNS
 }
@@ -76,7 +76,7 @@ fn is_nominal_fitted(said: &Diagnosis) -> bool {
 /// Reference of all shares.
 const ABOVE_FLOOR: &str = "the squared error above the noise floor";
 
-/// Third part: what is unexplained, where and how large.
+/// Third part: size and location of the unexplained error.
 fn remaining(said: &Diagnosis, settings: &Settings) -> String {
     let unexplained = &said.unexplained;
     if matches!(said.verdict, Verdict::NoGap | Verdict::NoChange) {
@@ -112,10 +112,10 @@ fn largest_regime(said: &Diagnosis) -> Option<(Regime, f64)> {
     super::budget::largest_regime(&said.unexplained.regions)
 }
 
-/// Samples that nothing is fitted to: run, first time and last time in s.
+/// Omitted samples: run, first time and last time in s.
 pub(crate) type LeftOut = (String, f64, f64);
 
-/// Time intervals that are printed.
+/// Most time intervals printed.
 const INTERVALS: usize = 3;
 
 /// Intervals in which the drive was off under its command.
@@ -135,7 +135,8 @@ fn left_out(intervals: &[LeftOut]) -> String {
     )
 }
 
-/// Reservations: a closed loop, base parameters outside their tolerance, parameters at a bound, the score that was used, the source of the nominal motor.
+/// Notes: closed loop, base parameters outside their tolerance, parameters at a bound, score, source of the nominal
+/// motor.
 pub(crate) fn note(
     said: &Diagnosis,
     outside: &[(&'static str, f64)],
@@ -154,7 +155,7 @@ pub(crate) fn note(
             three(said.gap.horizon_s)
         ));
     }
-    // A parameter of the same name as a candidate (inductance, inductance_h) is what these recordings do not separate.
+    // A parameter with a candidate's name (inductance, inductance_h) is one that these recordings do not separate.
     let is_candidate = |key: &str| {
         let has_its_name = |id: &&str| {
             key.strip_prefix(*id)
@@ -211,7 +212,6 @@ pub(crate) fn note(
     notes.join(" ")
 }
 
-/// A word at the beginning of a sentence.
 fn capitalized(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {

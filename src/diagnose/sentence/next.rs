@@ -1,4 +1,4 @@
-//! Fourth part: what to do next, with a command to copy.
+//! Fourth part: the next step, with a command line to copy.
 
 use super::cause::is_doubtful;
 use super::{is_undescribed, listed, name};
@@ -17,7 +17,7 @@ pub(super) fn next(said: &Diagnosis, asked: &str, settings: &Settings) -> String
     format!("{first}{}", then(said, asked))
 }
 
-/// The step itself.
+/// The step.
 fn then(said: &Diagnosis, asked: &str) -> String {
     if let Some(next) = &said.next_experiment {
         return record(said, next, asked);
@@ -63,7 +63,7 @@ fn then(said: &Diagnosis, asked: &str) -> String {
     }
 }
 
-/// The recording that separates what is left, and the command that diagnoses it with the others.
+/// The recording that separates the remaining sets, and the command that diagnoses it with the others.
 fn record(said: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
     let change = next.change.as_ref();
     let with = change.map_or_else(String::new, |change| {
@@ -92,7 +92,7 @@ fn record(said: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
     )
 }
 
-/// A command to copy; of one too long to be read, what is new in it.
+/// A command line to copy; for a long one only its new part.
 fn command(line: &str, new: &str) -> String {
     match line.chars().count() {
         0..=COPIED_CHARACTERS => format!("`{line}`"),

@@ -1,8 +1,8 @@
-//! Figures and names as they are printed.
+//! Format of figures and names.
 
 use crate::motor::catalogue::ids;
 
-/// A 95 % interval of a share; nothing is removed or left below 0.
+/// A 95 % interval of a share, clipped at 0.
 pub(crate) fn percent_interval(lo95: f64, hi95: f64) -> String {
     let end = |share: f64| percent(share.max(0.0));
     format!(
@@ -12,7 +12,7 @@ pub(crate) fn percent_interval(lo95: f64, hi95: f64) -> String {
     )
 }
 
-/// A probability with its relation: two decimals, three above 0.99; never a certainty, never an impossibility.
+/// A probability with its relation: two decimals, three above 0.99; never 0 or 1.
 pub(crate) fn probability(p: f64) -> String {
     match p {
         p if p >= 0.999 => "> 0.999".to_owned(),
@@ -22,7 +22,7 @@ pub(crate) fn probability(p: f64) -> String {
     }
 }
 
-/// Counts with as many digits as matter.
+/// Counts with the significant digits.
 pub(crate) fn counts(counts: f64) -> String {
     match counts {
         c if c >= 100.0 => format!("{c:.0}"),
@@ -41,7 +41,7 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// An effect's id as words: a noun that stands by itself.
+/// An effect's id as words, usable as a noun.
 pub(crate) fn name(id: &str) -> String {
     let noun = match id {
         ids::ASYMMETRIC_VISCOUS => "asymmetric viscous friction",
@@ -55,7 +55,7 @@ pub(crate) fn name(id: &str) -> String {
     noun.to_owned()
 }
 
-/// A list with its last member behind `last_word`.
+/// A list with `last_word` before its last member.
 pub(crate) fn listed(all: &[String], last_word: &str) -> String {
     match all.split_last() {
         Some((last, others)) if !others.is_empty() => {
@@ -65,7 +65,7 @@ pub(crate) fn listed(all: &[String], last_word: &str) -> String {
     }
 }
 
-/// A number with three significant digits.
+/// A value with three significant digits.
 pub(crate) fn three(value: f64) -> String {
     let size = value.abs().max(1e-12).log10().floor() as i32;
     let decimals = usize::try_from(2 - size).unwrap_or(0);

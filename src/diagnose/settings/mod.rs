@@ -1,26 +1,28 @@
-//! Every number of the method: one struct with documented defaults, passed in by [`Options`](super::Options).
+//! Settings of the method: one struct with documented defaults, passed in by [`Options`](super::Options).
 //!
-//! A test or the sensitivity program (`tests/thorough/sensitivity`) changes a field. Beside it stand limits of the solvers ([`solver`])
-//! and conventions ([`conventions`]); no other file of this module defines a number.
+//! Tests and the sensitivity program (`tests/thorough/sensitivity`) change its fields. Limits of the solvers
+//! ([`solver`]) and conventions ([`conventions`]) are separate; no other file of this module defines a constant.
 
 pub(crate) mod conventions;
 pub(crate) mod solver;
 
 use serde::{Deserialize, Serialize};
 
-/// Numbers of the method. Defaults are conventions where no data set is named.
+/// Settings of the method. Defaults are conventions unless a data set is named.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// How well the host reads the board's clock at either end of a run in s: earliest arrivals of a tenth of the samples.
+    /// Uncertainty in s of the board's clock at either end of a run, as seen by the host: earliest arrivals of a
+    /// tenth of the samples.
     pub clock_reading_s: f64,
-    /// Samples of the past that tell what is new in a command and in a motion.
+    /// Past samples from which the innovations of command and motion are computed.
     pub feedback_samples: usize,
-    /// Share of what is new in a command from which on it answers to the motion: servos 0.69 and more, other recordings 0.12 and less.
+    /// Least share of a command's innovation in closed loop: servos 0.69 and more, other recordings 0.12 and less.
     pub feedback_share: f64,
     /// Shortest segment in s: long against a gear motor's time constant, short against drift.
     pub segment_s: f64,
-    /// Shortest segment in mechanical time constants, each at most one shortest segment: after three, 95 % of a start is forgotten.
+    /// Shortest segment in mechanical time constants, each at most one shortest segment: after three, 95 % of an
+    /// initial state has decayed.
     pub segment_time_constants: f64,
     /// Fewest samples of a segment.
     pub segment_samples: usize,
@@ -32,60 +34,64 @@ pub struct Settings {
     pub screened_samples: usize,
     /// Fewest segments on which candidates are screened.
     pub screened_segments: usize,
-    /// Simulated time in s before a segment whose past is left out.
+    /// Simulated lead in s before a segment with an omitted past.
     pub lead_s: f64,
-    /// Parts of the command range, in either direction, that the subset is stratified by.
+    /// Parts of the command range in either direction for the stratification of the subset.
     pub command_levels: f64,
-    /// Half width in s of the regression that gives the initial speed of a segment; three decide whether the shaft moves.
+    /// Half width in s of the regression for the initial speed of a segment; three times this for the detection of
+    /// motion.
     pub start_window_s: f64,
-    /// Standard deviation of an initial speed beside quantization, as a share of the top speed.
+    /// Standard deviation of an initial speed in addition to quantization, as a share of the top speed.
     pub start_speed_share: f64,
-    /// Folds of the cross-validation (Hastie, Tibshirani, Friedman 2009, section 7.10); from as many runs on the bootstrap draws runs.
+    /// Folds of the cross-validation (Hastie, Tibshirani, Friedman 2009, section 7.10); from this number of runs on
+    /// the bootstrap draws runs.
     pub folds: usize,
     /// Relative standard deviation of a parameter for which the motor file states no tolerance.
     pub default_tolerance: f64,
-    /// The same of a nominal motor that was fitted to the runs.
+    /// The same for a nominal motor that was fitted to the runs.
     pub fitted_tolerance: f64,
-    /// Largest factor between a base parameter and the motor file's value.
+    /// Largest ratio between a base parameter and the motor file's value.
     pub largest_factor: f64,
     /// Relative standard deviation of base parameters between recordings of one axis: 3 K of winding temperature.
     pub same_axis: f64,
-    /// Share of a range by which a bound may be exceeded where the range scales with the motor's parameters.
+    /// Share of a range by which a bound may be exceeded if the range scales with the motor's parameters.
     pub beyond_range: f64,
-    /// Lowest rate above which edges are lost, as a share of the edge rate at top speed: a slower decoder would not be used.
+    /// Least edge rate at which edges are lost, as a share of the edge rate at top speed: a slower decoder would not
+    /// be used.
     pub least_rate_share: f64,
-    /// Usual random load torque (one sigma, share of stall): benches show 0.3 to 1 %.
+    /// Usual random load torque (one sigma, share of stall): benches have 0.3 to 1 %.
     pub usual_load: f64,
-    /// Largest random load torque, as a share of stall, under which the likelihood is used as the score.
+    /// Largest random load torque, as a share of stall, for the likelihood as score.
     pub credible_load: f64,
-    /// Largest ratio of whitened squares to their expectation under which it is used.
+    /// Largest ratio of whitened squares to their expectation for the likelihood as score.
     pub credible_squares: f64,
-    /// Steepness of the passage between the two scores.
+    /// Steepness of the transition between the two scores.
     pub passage: usize,
-    /// Screened sets that are fitted in the first round; later rounds fit a third as many.
+    /// Screened sets fitted in the first round; later rounds fit a third as many.
     pub fitted_sets: usize,
-    /// Most effects of a set.
+    /// Largest size of a set.
     pub most_effects: usize,
-    /// Sets within so many units of the score of the best are simplified and exchanged by the search.
+    /// Largest distance from the best score of sets that the search simplifies and exchanges.
     pub near_best: f64,
     /// Exponent of the score in the posterior (learning rate; Wu and Martin 2020). Calibrated on tuning benches.
     pub learning_rate: f64,
-    /// Prior log odds per effect beside `ln(catalogue)` where the likelihood is the score. Calibrated on tuning benches.
+    /// Prior log odds per effect in addition to `ln(catalogue)` with the likelihood as score. Calibrated on tuning
+    /// benches.
     pub effect_log_odds: f64,
     /// Least inclusion probability of an effect or class that is identified (contract).
     pub identified: f64,
-    /// Share of the reducible error that re-identified parameters remove at least, and leave at most, in the verdict `parameters`; where more
-    /// is left the verdict is `outside_catalogue` (contract).
+    /// Least share of the reducible error removed by re-identified parameters, and largest remaining share, for the
+    /// verdict `parameters`; with a larger remaining share the verdict is `outside_catalogue` (contract).
     pub parameters_share: f64,
-    /// Largest unexplained share in the verdict `effect` (contract); what is less is immaterial everywhere else too.
+    /// Largest unexplained share in the verdict `effect` (contract); smaller shares are immaterial throughout.
     pub unexplained_share: f64,
-    /// Probability from which a statement is made without reservation.
+    /// Least probability of a statement without reservation.
     pub confident: f64,
     /// Standard deviations within which a parameter agrees with the motor file, and two models are not separable.
     pub separable: f64,
     /// Longest proposed recording in s.
     pub longest_experiment_s: f64,
-    /// Another supply that is proposed, as a share of the usual one.
+    /// Alternative supply of a proposed experiment, as a share of the usual one.
     pub other_supply: f64,
 }
 
@@ -134,7 +140,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Half width in s of the window that decides whether the shaft moves.
+    /// Half width in s of the window for the detection of motion.
     pub(crate) fn speed_window_s(&self) -> f64 {
         3.0 * self.start_window_s
     }
