@@ -1,4 +1,4 @@
-//! Why a log cannot be imported, and why one of its rows cannot be used.
+//! Errors of an import, and reasons for rejected rows.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,18 +9,18 @@ use super::lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 use crate::plain::shown;
 use crate::recording::WriteError;
 
-/// Error of a mapping file.
+/// Errors of a mapping file.
 #[derive(Debug, Error)]
 pub enum MapError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{}: {source}", shown(path))]
     Io {
         /// The mapping file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// It is not TOML, or has a key that means nothing.
+    /// It is not TOML, or has an unknown key.
     #[error("line {line}: {message}\nhint: docs/reference/import.md lists the keys of a mapping")]
     Toml {
         /// Line, from 1.
@@ -28,7 +28,7 @@ pub enum MapError {
         /// Message of the TOML reader.
         message: String,
     },
-    /// A key that is missing.
+    /// A missing key.
     #[error("{section} lacks `{key}`\nhint: {why}")]
     Missing {
         /// The section.
@@ -38,7 +38,7 @@ pub enum MapError {
         /// Purpose.
         why: &'static str,
     },
-    /// A value that cannot be.
+    /// An invalid value.
     #[error(
         "{section}: `{key}` is {found}, but must be {expected}\nhint: correct `{key}` in the mapping; docs/reference/import.md lists its keys"
     )]
@@ -52,7 +52,7 @@ pub enum MapError {
         /// Expected value.
         expected: String,
     },
-    /// A difference that names nothing, or cannot be.
+    /// An unknown key of `differs`, or an impossible value.
     #[error("[differs]: {0}")]
     Differs(#[source] crate::motor::KnownError),
     /// Keys that exclude each other.
@@ -63,18 +63,18 @@ pub enum MapError {
         /// Keys that exclude each other.
         what: &'static str,
     },
-    /// One of the above, in this file.
+    /// An error in a file.
     #[error("{}: {error}", shown(path))]
     InFile {
         /// The file.
         path: PathBuf,
-        /// Error in it.
+        /// The error.
         error: Box<MapError>,
     },
 }
 
 impl MapError {
-    /// The file, and the line of it, where they are known.
+    /// The file and its line, if known.
     pub fn place(&self) -> (Option<&Path>, Option<u64>) {
         match self {
             Self::Io { path, .. } => (Some(path), None),
@@ -89,24 +89,24 @@ impl MapError {
 #[derive(Debug, Error)]
 #[error("{file}: {problem}", file = shown(file))]
 pub struct ImportError {
-    /// The log, as it was named.
+    /// The log, as given.
     pub file: String,
     /// Error.
     pub problem: ImportProblem,
 }
 
-/// Error of a log. Lines are counted from 1.
+/// Errors of a log. Lines are counted from 1.
 #[derive(Debug, Error)]
 pub enum ImportProblem {
-    /// It cannot be opened or read, or its compressed data are broken.
+    /// The log cannot be opened or read, or its compressed data are damaged.
     #[error("cannot be read beyond line {line}: {source}")]
     Read {
-        /// The last line that could be read.
+        /// The last line read.
         line: u64,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// It is no text.
+    /// It is not text.
     #[error("is no text: {0}")]
     NoText(&'static str),
     /// A line without an end.
@@ -117,65 +117,65 @@ pub enum ImportProblem {
         /// The line.
         line: u64,
     },
-    /// A column that the mapping names is not there.
+    /// A column of the mapping is missing.
     #[error("line {line} names no column `{column}`\nhint: {nearest}the columns are {found}")]
     NoSuchColumn {
         /// Line of the column names.
         line: u64,
-        /// The column that the mapping asks for.
+        /// The column in the mapping.
         column: String,
-        /// A name like it.
+        /// A similar name.
         nearest: String,
-        /// The names that there are.
+        /// The existing names.
         found: String,
     },
-    /// A column asked for by its number is not there.
+    /// A column number is out of range.
     #[error(
         "line {line} has {found} columns, and the mapping asks for column {column}\nhint: correct the number in the mapping (the first is 1), or its `delimiter`"
     )]
     NoSuchNumber {
         /// The line.
         line: u64,
-        /// The column that the mapping asks for, from 1.
+        /// The column in the mapping, from 1.
         column: usize,
-        /// How many there are.
+        /// Number of columns.
         found: usize,
     },
-    /// A column asked for by name where the log has no names.
+    /// A column name for a log without names.
     #[error(
         "the mapping asks for column `{0}` by name, but says `names = false`\nhint: give its number (the first is 1)"
     )]
     NameWithoutNames(String),
-    /// There is no row that can be used.
+    /// No row is usable.
     #[error("{}", no_rows(.rows, .first))]
     NoRows {
-        /// Rows there were.
+        /// Number of rows.
         rows: u64,
-        /// The first of them and why it cannot be used.
+        /// The first of them with its reason.
         first: Option<Box<BadRow>>,
     },
-    /// Nothing but bad rows for long.
+    /// The first rows are all rejected.
     #[error(
         "the first {rows} rows cannot be used, so the mapping does not fit this log; the first of them: {first}\n\
          hint: correct the mapping at that column, or let the import find it: leave --map out"
     )]
     AllBad {
-        /// How many.
+        /// Number of rows.
         rows: u64,
-        /// The first of them and why.
+        /// The first of them with its reason.
         first: Box<BadRow>,
     },
-    /// More runs than any log has.
+    /// Too many runs.
     #[error(
         "line {line} would begin run {runs}: `split_by` names a column that changes too often\nhint: name another column under [rows], or leave `split_by` out"
     )]
     TooManyRuns {
         /// The line.
         line: u64,
-        /// How many.
+        /// Number of runs.
         runs: usize,
     },
-    /// The clock begins anew more often than is taken unasked.
+    /// The clock restarts more often than the default limit.
     #[error(
         "line {line}: the clock begins anew and would begin run {runs} of this log, so its column may be no clock\n\
          hint: name the clock, as --time COLUMN:UNIT or --time 10ms for rows 10 ms apart; where the log does hold so many \
@@ -184,7 +184,7 @@ pub enum ImportProblem {
     ClockFalls {
         /// The line.
         line: u64,
-        /// How many.
+        /// Number of runs.
         runs: usize,
     },
     /// A pause longer than a run file may have.
@@ -194,7 +194,7 @@ pub enum ImportProblem {
     TimeJumps {
         /// The line.
         line: u64,
-        /// Time of the row before.
+        /// Time of the previous row.
         before: f64,
         /// Time of this row.
         after: f64,
@@ -206,7 +206,7 @@ pub enum ImportProblem {
     TooLong {
         /// The line.
         line: u64,
-        /// Rows of a run.
+        /// Most rows of a run.
         rows: u64,
     },
     /// A sample time that no run file may have.
@@ -214,9 +214,9 @@ pub enum ImportProblem {
         "the samples come every {sample_time_s} s, which lies outside {range}\nhint: correct the unit of the time: --time COLUMN:UNIT, or `unit` under [time] of the mapping"
     )]
     SampleTime {
-        /// The middle one of the steps.
+        /// The median step.
         sample_time_s: f64,
-        /// Possible values.
+        /// Valid range.
         range: String,
     },
     /// The run cannot be written.
@@ -225,15 +225,15 @@ pub enum ImportProblem {
     /// The file of rejected rows cannot be written.
     #[error("the file of rejected rows {path} cannot be written: {source}", path = shown(path))]
     Rejected {
-        /// That file.
+        /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
 }
 
 impl ImportProblem {
-    /// Line of the log, where one is to blame.
+    /// Line of the error in the log, if known.
     pub fn line(&self) -> Option<u64> {
         match self {
             Self::Read { line, .. }
@@ -261,7 +261,7 @@ fn no_rows(rows: &u64, first: &Option<Box<BadRow>>) -> String {
     }
 }
 
-/// A row that was left out, and why.
+/// A rejected row with its reason.
 #[derive(Debug, Clone, PartialEq, Eq, Error, serde::Serialize)]
 #[error("line {line}: {why}")]
 pub struct BadRow {
@@ -271,7 +271,6 @@ pub struct BadRow {
     pub why: String,
 }
 
-/// Why a row cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub(super) enum RowProblem {
     #[error("the line is longer than {MAX_LINE_BYTES} bytes")]

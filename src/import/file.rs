@@ -1,4 +1,4 @@
-//! A whole log: lines to rows to runs.
+//! The import of a log: lines to rows to runs.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -16,41 +16,41 @@ use crate::platform::files::remove_file;
 
 pub use super::segment::ImportedRun;
 
-/// So many bad rows before the first good one mean that the mapping is wrong.
+/// Rejected rows at the beginning after which the mapping is taken to be wrong.
 const HOPELESS_ROWS: u64 = 1000;
 /// Most runs of one log.
 const MOST_RUNS: usize = 10_000;
-/// Most runs that the clock of a log, where it begins anew, makes unasked: a board is reset by hand a few times in a log, and a
-/// clock that is read wrongly falls in every second row.
+/// Most runs that restarts of the clock make by default: a board is reset by hand a few times in a log, and a wrong
+/// clock column falls in every second row.
 const MOST_UNASKED_RUNS: usize = 12;
 
-/// Result of a log.
+/// Result of an import.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct Imported {
     /// The runs, in the log's order.
     pub runs: Vec<ImportedRun>,
     /// Rows of the log: all lines after the names that are neither empty nor comments.
     pub rows: u64,
-    /// Those that could not be used.
+    /// Rejected rows.
     pub bad_rows: u64,
-    /// Those that only set a value that is held (`empty = "hold"`).
+    /// Rows that only set held values (`empty = "hold"`).
     pub rows_without_position: u64,
-    /// The first of them.
+    /// The first rejected rows.
     pub first_bad: Vec<BadRow>,
     /// The file with all of them.
     pub rejected: Option<PathBuf>,
-    /// Rows whose command was more than full drive, and was held to it.
+    /// Rows whose command was clamped to full drive.
     pub beyond_full_drive: u64,
-    /// The largest of them, in full drives.
+    /// The largest of them, relative to full drive.
     pub most_full_drives: Option<f64>,
-    /// The last line has no line end, so its last number may have been cut off.
+    /// The last line has no line end, so that its last number may be incomplete.
     pub unended: bool,
 }
 
 /// Reads a log and writes its run, or runs, to `output` or the next free name.
 ///
-/// `name` stands for the log in messages and in the runs' headers. An import that is killed leaves a
-/// file of whole rows that is not marked complete.
+/// `name` is the log's name in messages and in the runs' headers. An import that is killed leaves a file of complete
+/// rows that is not marked complete.
 ///
 /// # Errors
 /// The log cannot be read, does not fit the mapping, or the run cannot be written.
@@ -81,19 +81,19 @@ pub fn import(
     })
 }
 
-/// The run under way, and what became of the log so far.
+/// The current run, and the results so far.
 struct Progress<'a> {
     imported: Imported,
     segment: Segment<'a>,
     rejected: &'a mut Rejected,
     bad_in_run: u64,
     used: u64,
-    /// Most runs that the clock may make.
+    /// Most runs made by restarts of the clock.
     most_runs: usize,
 }
 
 impl<'a> Progress<'a> {
-    /// The clock began anew: ends the run, unless it has done so too often. Then nothing of the log is left.
+    /// Ends the run after a restart of the clock; with too many restarts all runs are removed.
     fn clock_began_anew(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
         let runs = self.imported.runs.len() + 2;
         if runs <= self.most_runs {
@@ -101,13 +101,13 @@ impl<'a> Progress<'a> {
         }
         self.segment.discard();
         for run in &self.imported.runs {
-            // They are this import's own files, and the problem that follows is what is said.
+            // They are this import's files, and the following error is reported.
             let _ = remove_file(&run.path);
         }
         Err(ImportProblem::ClockFalls { line, runs })
     }
 
-    /// Ends the run; the next one goes to the path.
+    /// Ends the run and begins the next.
     fn next_run(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
         one_more_run(&self.imported, line)?;
         let ended = std::mem::replace(&mut self.segment, next);
@@ -116,7 +116,7 @@ impl<'a> Progress<'a> {
         Ok(())
     }
 
-    /// Takes a row that was converted, or sets it aside.
+    /// Adds a converted row, or rejects it.
     fn settle(
         &mut self,
         line: u64,
@@ -135,7 +135,7 @@ impl<'a> Progress<'a> {
                 }
                 self.segment.push(line, sample)?;
             }
-            // A value of another rate, which is held.
+            // A value of a signal with another rate, which is held.
             Ok(None) => imported.rows_without_position += 1,
             Err(problem) => {
                 self.bad_in_run += 1;
@@ -155,8 +155,8 @@ impl<'a> Progress<'a> {
     }
 }
 
-/// A row whose time falls back by more than half of the run. Where the next row goes on from it, a board began anew; else it is a
-/// bad row.
+/// A row whose time falls back by more than half of the run. If the next row continues from it, the board restarted;
+/// else it is rejected.
 struct Fallen {
     line: u64,
     cells: Cells,
@@ -235,7 +235,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
             };
             if let Some(first) = fallen.take() {
                 match converted {
-                    // The board began anew: a run of its own.
+                    // The board restarted: a new run.
                     Err(RowProblem::TimeNotRising { after, .. }) if after > first.after => {
                         progress.clock_began_anew(numbered(&progress), first.line)?;
                         converter = Converter::new(map, &layout);
@@ -247,7 +247,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
                 }
             }
             match converted {
-                // The clock of a new block began again: a run of its own.
+                // The clock of a new block restarted: a new run.
                 Err(RowProblem::TimeNotRising { .. })
                     if self.is_new_block && layout.split_by.is_none() =>
                 {

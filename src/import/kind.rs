@@ -1,23 +1,23 @@
-//! Whether a file that cannot be read as a run is a run with something wrong in it, or a log of another program.
+//! Distinguishes damaged run files from logs of other programs.
 
 use super::Form;
 
-/// Columns that a run file made by hand has.
+/// Columns of a run file without a header.
 const OWN_COLUMNS: [&str; 2] = ["t_s", "counts"];
 
 /// Kind of a file that cannot be read as a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Kind {
-    /// A run file with something wrong in it.
+    /// A damaged run file.
     Run,
     /// A log of another program.
     Log,
-    /// Neither, and what it is.
+    /// Neither, with its description.
     NoLog(String),
 }
 
 impl Kind {
-    /// Told by the beginning of a file and its name.
+    /// The kind from the beginning of a file and its name.
     #[must_use]
     pub fn of(head: &[u8], name: &str) -> Self {
         if head.is_empty() {

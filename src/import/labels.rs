@@ -1,21 +1,21 @@
-//! Lines of `label:value` pairs, as the Arduino plotter takes them: `target:0,actual:5`, `Pos: 123 PWM: 80`, `t=5;n=17`,
-//! `Motor speed: 12.3 rpm | PWM: 80`. A number in brackets before them, `[0.020] Pos: 123`, is the time.
+//! Lines of `label:value` pairs, as for the Arduino plotter: `target:0,actual:5`, `Pos: 123 PWM: 80`, `t=5;n=17`,
+//! `Motor speed: 12.3 rpm | PWM: 80`. A leading number in brackets, `[0.020] Pos: 123`, is the time.
 //!
-//! The labels of the first such line are the names of the columns, for all lines that have the same in the same order.
+//! The labels of the first such line are the column names of all lines with the same labels in the same order.
 
 use super::stamp::before_line;
 use super::unmapped::is_known;
 
-/// A label, its value, and the unit behind the value, which may be empty.
+/// A label, its value, and the unit after the value, which may be empty.
 type Pair<'a> = (&'a [u8], &'a [u8], &'a [u8]);
 /// The label of a number in brackets.
 const TIME: &[u8] = b"time";
 
-/// The pairs of a line (without a terminal's stamp); `None` where something in it is no pair.
+/// The pairs of a line (without a terminal's stamp); `None` if a part of it is no pair.
 pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
     let is_between = |byte: &u8| matches!(byte, b',' | b';' | b'|' | b'\t' | b' ' | b'\r');
     let mut found: Vec<Pair> = Vec::new();
-    // Where the words before a label of several words begin.
+    // Start of the words of a label with several words.
     let mut words: Option<usize> = None;
     let mut end = 0;
     for field in line.split(is_between) {
@@ -25,7 +25,7 @@ pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
             continue;
         }
         let at = field.iter().position(|byte| matches!(byte, b':' | b'='));
-        // Only blanks stand between the words of a label.
+        // The words of a label are separated by blanks only.
         if words.is_some_and(|from| {
             line[from..start]
                 .iter()
@@ -46,7 +46,7 @@ pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
                 let (value, unit) = bracketed(field)?;
                 found.push((TIME, value, unit));
             }
-            // `label: value`, with a blank between, and `label: value unit`.
+            // `label: value`, with a blank, and `label: value unit`.
             (None, Some((_, value, unit))) if value.is_empty() => (*value, *unit) = apart(field),
             (None, Some((_, _, unit))) if unit.is_empty() && words.is_none() && is_unit(field) => {
                 *unit = field;
@@ -59,7 +59,7 @@ pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
     (is_whole && !found.is_empty()).then_some(found)
 }
 
-/// `[0.020]`, `[20ms]`: the number inside, and its unit.
+/// `[0.020]`, `[20ms]`: the number and its unit.
 fn bracketed(field: &[u8]) -> Option<(&[u8], &[u8])> {
     let inside = field.strip_prefix(b"[")?.strip_suffix(b"]")?;
     let (number, unit) = apart(inside);
@@ -69,7 +69,7 @@ fn bracketed(field: &[u8]) -> Option<(&[u8], &[u8])> {
     (is_number && !number.is_empty()).then_some((number, unit))
 }
 
-/// `5ms`: a number and the unit that is glued to it.
+/// `5ms`: a number directly followed by its unit.
 fn apart(value: &[u8]) -> (&[u8], &[u8]) {
     let digits = value
         .iter()
@@ -84,7 +84,7 @@ fn is_unit(text: &[u8]) -> bool {
     std::str::from_utf8(text).is_ok_and(is_known)
 }
 
-/// The label with its unit in brackets, as names of columns have it.
+/// The label with its unit in brackets, as in column names.
 pub(super) fn label_of(label: &[u8], unit: &[u8]) -> Vec<u8> {
     match unit.is_empty() {
         true => label.to_vec(),
@@ -92,13 +92,13 @@ pub(super) fn label_of(label: &[u8], unit: &[u8]) -> Vec<u8> {
     }
 }
 
-/// A label begins with a letter, which no number does.
+/// A label begins with a letter, unlike a number.
 fn is_label(text: &[u8]) -> bool {
     text.first()
         .is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_' || !byte.is_ascii())
 }
 
-/// The labels of a line, the first one empty where a terminal's stamp is a column before them.
+/// The labels of a line, the first one empty if a terminal's stamp is a column before them.
 pub(super) fn labels(line: &[u8]) -> Option<Vec<Vec<u8>>> {
     let (stamp, rest) = match before_line(line) {
         Some((_, rest)) => (Some(Vec::new()), rest),

@@ -1,17 +1,17 @@
-//! Where the columns that a mapping asks for stand in this log.
+//! Column indices of a mapping in this log.
 
 use super::ImportProblem;
 use super::cells::{Cells, shortened};
 use super::map::{ColumnRef, Map};
 use crate::motor::is_alike;
 
-/// Places of the columns in a row, from 0.
+/// Column indices in a row, from 0.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Layout {
-    /// Cells of a row.
+    /// Number of cells in a row.
     pub columns: usize,
     pub time: Option<Place>,
-    /// Of the rest of the time, such as `nanosec` beside `sec`.
+    /// Of the fraction of the time, such as `nanosec` beside `sec`.
     pub time_fraction: Option<Place>,
     /// Of the command, or of every term of its sum.
     pub command: Vec<Place>,
@@ -28,15 +28,15 @@ pub(super) struct Layout {
 pub(super) struct Place {
     /// From 0.
     pub at: usize,
-    /// For messages.
+    /// Name for messages.
     pub name: String,
 }
 
 impl Layout {
-    /// From the line of names, or, where there is none (`has_names`), from the first row.
+    /// From the line of names, or without one (`has_names`) from the first row.
     ///
     /// # Errors
-    /// A column is not there.
+    /// A column is missing.
     pub fn new(
         map: &Map,
         line: u64,
@@ -98,7 +98,7 @@ fn place(
     }
 }
 
-/// Column names are listed up to this many.
+/// Most column names listed.
 const MOST_LISTED: usize = 30;
 
 fn no_such_column(name: &str, names: &Cells, line: u64) -> ImportProblem {

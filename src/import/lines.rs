@@ -1,4 +1,4 @@
-//! The lines of a log, plain or gzipped, in bounded memory whatever it is.
+//! The lines of a log, plain or gzipped, in bounded memory.
 
 use std::io::{self, BufRead, BufReader, Cursor, Read};
 
@@ -7,18 +7,17 @@ use flate2::bufread::MultiGzDecoder;
 use super::ImportProblem;
 use super::bare::bare;
 
-/// Longest line that is kept, in bytes; a longer one is a bad row.
+/// Longest line kept, in bytes; a longer one is a rejected row.
 pub const MAX_LINE_BYTES: usize = 1 << 16;
-/// Longest line that is skipped, in bytes; a longer one ends the import.
+/// Longest line skipped, in bytes; a longer one ends the import.
 pub const MOST_LINE_BYTES: u64 = 1 << 26;
 
-/// The two bytes at the beginning of everything gzipped.
+/// Magic bytes of gzip.
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 const UTF8_MARK: [u8; 3] = [0xef, 0xbb, 0xbf];
 const UTF16: &str =
     "it is UTF-16, as some Windows programs write it\nhint: save it as UTF-8 or plain CSV";
 
-/// One line after the other.
 pub(super) struct Lines<R> {
     source: R,
     line: Vec<u8>,
@@ -31,14 +30,14 @@ pub(super) struct Lines<R> {
 pub(super) enum Line<'a> {
     /// Its bytes, without the line end.
     Whole(&'a [u8]),
-    /// The beginning of one that is too long to keep.
+    /// The beginning of a line that is too long.
     TooLong(&'a [u8]),
 }
 
 /// The lines of `source`, decompressed if it is gzipped.
 ///
 /// # Errors
-/// It cannot be read, or it begins as no text does.
+/// It cannot be read, or is not text.
 pub(super) fn lines<'a>(
     source: impl Read + 'a,
 ) -> Result<Lines<Box<dyn BufRead + 'a>>, ImportProblem> {
@@ -51,7 +50,7 @@ pub(super) fn lines<'a>(
     Lines::new(beginning, Box::new(source))
 }
 
-/// The first bytes (fewer only if there are no more), and the rest.
+/// The first bytes (fewer only at the end), and the rest.
 fn peek<R: Read>(mut source: R) -> Result<(Vec<u8>, BufReader<R>), ImportProblem> {
     let mut beginning = Vec::new();
     let read = (&mut source).take(4).read_to_end(&mut beginning);
@@ -89,17 +88,17 @@ impl<'a> Lines<Box<dyn BufRead + 'a>> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// Number of the line read last, from 1.
+    /// Number of the last line, from 1.
     pub fn number(&self) -> u64 {
         self.number
     }
 
-    /// Whether the line read last had a line end.
+    /// Whether the last line had a line end.
     pub fn ended(&self) -> bool {
         self.ended
     }
 
-    /// The line read last, or the beginning of it.
+    /// The last line, or its beginning.
     pub fn last(&self) -> &[u8] {
         &self.line
     }

@@ -1,4 +1,4 @@
-//! A log line by line: where its rows begin, and the cells of each.
+//! A log line by line: the start of its rows, and the cells of each.
 
 use super::ImportProblem;
 use super::cells::{Cells, Separator, decode, number_after};
@@ -8,20 +8,20 @@ use super::lines::{Line, Lines};
 use super::map::Map;
 use super::stamp::{before_line, stamp};
 
-/// Lines before that of the names which are looked at.
+/// Lines among which the line of names is searched.
 const BANNER_LINES: u64 = 400;
 
-/// A log under way.
+/// Reader of a log.
 pub(super) struct Log<'a, R> {
     pub lines: Lines<R>,
     pub map: &'a Map,
     pub cells: Cells,
     separator: Separator,
-    /// The line of names, which may come again between blocks of rows.
+    /// The line of names, which may be repeated between blocks of rows.
     names: Vec<String>,
-    /// A comment or the names again: from here the clock may begin anew.
+    /// After a comment or repeated names the clock may restart.
     pub is_new_block: bool,
-    /// The command that the last comment line gives.
+    /// The command in the last comment line.
     pub commented: Option<f64>,
 }
 
@@ -47,7 +47,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         }
     }
 
-    /// Reads up to the first row: its layout, and the row itself.
+    /// Reads up to the first row: its layout, and the row.
     pub fn layout(&mut self) -> Result<Option<(Layout, Next)>, ImportProblem> {
         for _ in 0..self.map.shape.skip_lines {
             match self.lines.next()? {
@@ -77,7 +77,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
             }
         }
         let mut found = Layout::new(self.map, self.lines.number(), &self.cells, has_names);
-        // A banner stands before the names.
+        // A banner precedes the names.
         while let (Err(ImportProblem::NoSuchColumn { .. }), Next::Row) = (&found, &next)
             && self.lines.number() < self.map.shape.skip_lines + BANNER_LINES
         {
@@ -100,7 +100,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         Ok(Some((layout, next)))
     }
 
-    /// The same of lines that name their cells: the first that does names the columns, and is a row.
+    /// The same for lines with labels: the first one names the columns, and is a row.
     fn labelled(&mut self, mut next: Next) -> Result<Option<(Layout, Next)>, ImportProblem> {
         let mut first_problem = None;
         let (labels, layout) = loop {
@@ -125,7 +125,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         Ok(Some((layout, next)))
     }
 
-    /// Whether the first line has names: where nothing is said and no name is asked for, one of numbers has none.
+    /// Whether the first line has names: unless stated otherwise or names are used, a numeric line has none.
     fn has_names(&self) -> bool {
         let is_number = |at: usize| {
             let cell = self.cells.get(at);
@@ -136,7 +136,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         self.map.shape.names.unwrap_or_else(guess)
     }
 
-    /// Whether the present row is the line of names once more; a terminal's stamp before it does not count.
+    /// Whether the present row repeats the line of names, ignoring a terminal's stamp.
     pub fn is_names_again(&mut self) -> bool {
         if self.names.is_empty() {
             return false;
@@ -153,7 +153,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         self.next_guessing(false)
     }
 
-    /// The next line that is neither empty nor a comment, taken apart.
+    /// The next line that is neither empty nor a comment, split into cells.
     fn next_guessing(&mut self, guess: bool) -> Result<Next, ImportProblem> {
         let shape = &self.map.shape;
         loop {
@@ -180,14 +180,13 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
     }
 }
 
-/// Whether a line is a comment; a terminal's stamp before it does not count.
+/// Whether a line is a comment, ignoring a terminal's stamp.
 fn is_comment(map: &Map, line: &[u8]) -> bool {
     let content = before_line(line).map_or(line, |(_, rest)| rest);
     let mark = map.shape.comment.as_bytes();
     !mark.is_empty() && content.trim_ascii_start().starts_with(mark)
 }
 
-/// The command that a comment line gives.
 fn commented(map: &Map, line: &[u8]) -> Option<f64> {
     let word = map.command_word().filter(|_| is_comment(map, line))?;
     number_after(&decode(line), word)

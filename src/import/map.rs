@@ -1,4 +1,4 @@
-//! A mapping: which column of a log is what, and in which unit.
+//! Mappings: quantity and unit of each column of a log.
 //!
 //! A value in SI is `(number * scale + offset) * unit`. docs/reference/import.md explains every key.
 
@@ -19,7 +19,7 @@ use crate::recording::CommandKind;
 /// Longest mapping file in bytes.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// A mapping, checked: everything that can be known without the log.
+/// A mapping, checked as far as possible without the log.
 #[derive(Debug, Clone)]
 pub struct Map {
     pub(super) counts_per_rev: f64,
@@ -36,15 +36,15 @@ pub struct Map {
     pub(super) split_by: Option<ColumnRef>,
     /// An empty cell of the command holds its last value; a row without a position only changes the command.
     pub(super) holds: bool,
-    /// Most runs that the clock, where it begins anew, may make of the log.
+    /// Most runs made by restarts of the clock.
     pub(super) most_runs: Option<usize>,
-    /// One row of so many is a sample.
+    /// Decimation: one sample per this many rows.
     pub(super) every: u64,
-    /// The encoder knows no direction: the sign of the motion is the command's.
+    /// The encoder has no direction: the sign of the motion is the command's.
     pub(super) unsigned: bool,
 }
 
-/// How the log is laid out.
+/// Format of the log.
 #[derive(Debug, Clone)]
 pub(super) struct Shape {
     pub separator: Option<Separator>,
@@ -53,13 +53,13 @@ pub(super) struct Shape {
     pub thousands: Option<u8>,
     pub comment: String,
     pub skip_lines: u64,
-    /// `None`: names, unless the first line has numbers only and the mapping asks for no name.
+    /// `None`: names, unless the first line is numeric and the mapping uses no names.
     pub names: Option<bool>,
     pub unit_lines: u64,
 }
 
 impl Shape {
-    /// A cell as a finite number; `column` is for the message.
+    /// A cell as a finite number; `column` is used in the message.
     pub fn number(&self, cell: &[u8], column: &str) -> Result<f64, RowProblem> {
         match self.thousands {
             Some(mark) => number(&without_groups(cell, mark), self.decimal_comma, column),
@@ -68,7 +68,7 @@ impl Shape {
     }
 }
 
-/// A column, by its name or its number (the first is 1).
+/// A column, by its name or its number (from 1).
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(
     untagged,
@@ -81,29 +81,29 @@ pub(super) enum ColumnRef {
     Name(String),
 }
 
-/// A column and the way from its numbers to the unit wanted.
+/// A column with the conversion to its unit.
 #[derive(Debug, Clone)]
 pub(super) struct Field {
     pub column: ColumnRef,
     pub scale: f64,
     pub offset: f64,
-    /// A counter that wraps: its range, in the column's own numbers.
+    /// Range of a counter that wraps, in the column's units.
     pub wrap: Option<f64>,
 }
 
 impl Field {
-    /// The value of one number of the column.
+    /// The converted value of a number.
     pub fn value(&self, number: f64) -> f64 {
         number * self.scale + self.offset
     }
 }
 
-/// Where time comes from, in s.
+/// Source of time in s.
 #[derive(Debug, Clone)]
 pub(super) enum TimeSource {
     Column {
         field: Field,
-        /// The column that holds the rest of it, such as `nanosec` beside `sec`.
+        /// The column of its fraction, such as `nanosec` beside `sec`.
         fraction: Option<Field>,
         counts: Counts,
     },
@@ -111,11 +111,11 @@ pub(super) enum TimeSource {
     RowNumber,
 }
 
-/// Where the command comes from, in V, A or N m.
+/// Source of the command in V, A or N m.
 #[derive(Debug, Clone)]
 pub(super) enum CommandSource {
     Number(CommandNumber),
-    /// Known from elsewhere: value by time.
+    /// A profile: value by time.
     Profile {
         points: Vec<(f64, f64)>,
         line: bool,
@@ -123,30 +123,30 @@ pub(super) enum CommandSource {
     NotRecorded,
 }
 
-/// A command that stands in the log.
+/// A command in the log.
 #[derive(Debug, Clone)]
 pub(super) struct CommandNumber {
     pub from: NumberFrom,
     pub scale: f64,
     pub offset: f64,
-    /// Full drive, where the command is a share of it: V, or 1 of a measured supply.
+    /// Full drive, if the command is a share of it: in V, or 1 for a measured supply.
     pub most: Option<f64>,
     /// A share of full drive times the supply measured in the same row.
     pub of_measured_supply: bool,
-    /// The column that holds its direction, and the number or word there that is backwards.
+    /// The column of its direction, and the number or word for backwards.
     pub direction: Option<(ColumnRef, Backwards)>,
 }
 
-/// Where a number of a row comes from.
+/// Source of a number in a row.
 #[derive(Debug, Clone)]
 pub(super) enum NumberFrom {
     Column(ColumnRef),
-    /// A sum of factors times columns, its magnitude held to `limit`.
+    /// A sum of factors times columns, clamped to the magnitude `limit`.
     Sum {
         terms: Vec<Term>,
         limit: Option<f64>,
     },
-    /// The number after this word in the comment line that was read last.
+    /// The number after this word in the last comment line.
     Comment(String),
 }
 
@@ -159,7 +159,7 @@ pub(super) struct Term {
 }
 
 impl NumberFrom {
-    /// The columns that it takes.
+    /// Its columns.
     pub fn columns(&self) -> Vec<&ColumnRef> {
         match self {
             Self::Column(column) => vec![column],
@@ -177,39 +177,39 @@ pub(super) enum Backwards {
     Word(String),
 }
 
-/// Where the position comes from, in counts.
+/// Source of the position in counts.
 #[derive(Debug, Clone)]
 pub(super) enum PositionSource {
     Column(Field),
-    /// Counts since the row before, summed up.
+    /// Counts since the previous row, which are summed.
     Increments(Field),
-    /// Speed, in counts a second, summed up.
+    /// Speed in counts/s, which is integrated.
     Speed {
         field: Field,
         rule: Integration,
-        /// Time constant in s with which it goes from row to row; a straight line without.
+        /// Time constant in s of the interpolation between rows; linear without one.
         curve: Option<f64>,
-        /// To which the log rounds it, in counts a second.
+        /// Resolution of the log in counts/s.
         resolution: Option<f64>,
     },
     NotRecorded,
 }
 
-/// How a speed becomes a position.
+/// Integration rule of a speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Integration {
-    /// The mean of two neighbours holds between them: for a speed of the instant.
+    /// The mean of two neighbours in between: for an instantaneous speed.
     #[default]
     Trapezoid,
-    /// A row's speed held since the row before: for a speed that was made from differences of position.
+    /// A row's speed since the previous row: for a difference of positions.
     Backward,
-    /// A row's speed held until the row after: for one that was measured under the command of the same row.
+    /// A row's speed until the next row: for one measured under the command of the same row.
     Forward,
 }
 
 impl Integration {
-    /// As mappings and flags call it.
+    /// Name in mappings and flags.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -234,7 +234,7 @@ impl FromStr for Integration {
 }
 
 impl Map {
-    /// The same for the text of a [`Table`](super::Table), regardless of its keys for text files.
+    /// The same for the text of a [`Table`](super::Table), ignoring keys for text files.
     #[must_use]
     pub fn for_table(mut self) -> Self {
         self.shape = Shape {
@@ -249,7 +249,7 @@ impl Map {
         self
     }
 
-    /// Whether a column is asked for by its name.
+    /// Whether a column is referred to by name.
     pub(super) fn asks_for_names(&self) -> bool {
         let measured = [&self.current, &self.supply];
         let columns = [
@@ -265,7 +265,6 @@ impl Map {
             .any(|column| matches!(column, ColumnRef::Name(_)))
     }
 
-    /// Where the times stand.
     pub(super) fn time_column(&self) -> Option<&ColumnRef> {
         match &self.time {
             TimeSource::Column { field, .. } => Some(&field.column),
@@ -273,7 +272,7 @@ impl Map {
         }
     }
 
-    /// Where the rest of the times stands, such as `nanosec` beside `sec`.
+    /// The column of the fraction of the time, such as `nanosec` beside `sec`.
     pub(super) fn time_fraction(&self) -> Option<&Field> {
         match &self.time {
             TimeSource::Column { fraction, .. } => fraction.as_ref(),
@@ -281,12 +280,12 @@ impl Map {
         }
     }
 
-    /// Whether the clock tells the time since the row before.
+    /// Whether the clock column is the time since the previous row.
     pub(super) fn counts_time_since_row_before(&self) -> bool {
         matches!(&self.time, TimeSource::Column { counts, .. } if *counts == Counts::SinceRowBefore)
     }
 
-    /// Where the command, or what it is made of, stands.
+    /// Columns of the command or of its terms.
     pub(super) fn command_columns(&self) -> Vec<&ColumnRef> {
         match &self.command {
             CommandSource::Number(number) => number.from.columns(),
@@ -294,7 +293,7 @@ impl Map {
         }
     }
 
-    /// The word of comment lines after which the command stands.
+    /// The word of comment lines before the command.
     pub(super) fn command_word(&self) -> Option<&str> {
         match &self.command {
             CommandSource::Number(CommandNumber {
@@ -305,7 +304,7 @@ impl Map {
         }
     }
 
-    /// Where the direction stands, and the number that is backwards.
+    /// The column of the direction, and the value for backwards.
     pub(super) fn direction(&self) -> Option<(&ColumnRef, &Backwards)> {
         match &self.command {
             CommandSource::Number(number) => {
@@ -316,7 +315,7 @@ impl Map {
         }
     }
 
-    /// Where the position or the speed stands.
+    /// The column of the position or the speed.
     pub(super) fn motion_column(&self) -> Option<&ColumnRef> {
         match &self.position {
             PositionSource::Column(field)
@@ -329,7 +328,7 @@ impl Map {
     /// Reads a mapping file.
     ///
     /// # Errors
-    /// It cannot be read, is not TOML, or says what cannot be; the message names section and key.
+    /// It cannot be read, is not TOML, or has invalid values; the message names section and key.
     pub fn read(path: &Path) -> Result<Self, MapError> {
         Self::from_toml(&Self::text(path)?).map_err(|error| Self::in_file(path, error))
     }
@@ -337,7 +336,7 @@ impl Map {
     /// The text of a mapping file.
     ///
     /// # Errors
-    /// It cannot be read, or is longer than any mapping.
+    /// It cannot be read, or is too long.
     pub fn text(path: &Path) -> Result<String, MapError> {
         read_bounded(path).map_err(|source| MapError::Io {
             path: path.to_owned(),
@@ -345,7 +344,7 @@ impl Map {
         })
     }
 
-    /// The error with the file that it is in.
+    /// Adds the file to an error.
     pub fn in_file(path: &Path, error: MapError) -> MapError {
         MapError::InFile {
             path: path.to_owned(),
@@ -353,7 +352,7 @@ impl Map {
         }
     }
 
-    /// Takes the text of a mapping file.
+    /// Parses the text of a mapping file.
     ///
     /// # Errors
     /// As [`Map::read`].
@@ -362,7 +361,7 @@ impl Map {
     }
 }
 
-/// The whole file, unless it is longer than any mapping.
+/// The file's text, unless it is too long.
 fn read_bounded(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     let file = File::open(path)?;

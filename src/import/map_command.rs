@@ -15,19 +15,19 @@ pub(super) const TOP: &str = "the mapping";
 #[serde(deny_unknown_fields)]
 pub(super) struct CommandSection {
     pub column: Option<ColumnRef>,
-    /// The word of comment lines after which the command stands.
+    /// The word of comment lines before the command.
     pub comment: Option<String>,
     pub unit: Option<String>,
     pub full: Option<f64>,
     pub supply: Option<SupplyOf>,
     pub scale: Option<f64>,
     pub offset: Option<f64>,
-    /// Most magnitude of `sum`.
+    /// Limit of the magnitude of `sum`.
     pub limit: Option<f64>,
     pub sum: Option<Vec<Term>>,
     /// The column of its direction.
     pub direction: Option<ColumnRef>,
-    /// The number or word there that is backwards.
+    /// The number or word for backwards.
     pub reverse: Option<Backwards>,
     pub points: Option<Vec<(f64, f64)>>,
     #[serde(default, skip_serializing_if = "Between::is_hold")]
@@ -35,7 +35,7 @@ pub(super) struct CommandSection {
     pub recorded: Option<bool>,
 }
 
-/// Which supply a share of full drive is a share of.
+/// The supply of a share of full drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SupplyOf {
@@ -59,7 +59,7 @@ impl Between {
 }
 
 impl CommandSection {
-    /// How many of the keys that say where the command comes from are given.
+    /// Number of given keys for the source of the command.
     fn sources(&self) -> usize {
         [
             self.column.is_some(),
@@ -72,7 +72,7 @@ impl CommandSection {
         .count()
     }
 
-    /// Where the command comes from, and what it commands.
+    /// Source and kind of the command.
     pub fn checked(
         self,
         axis: &Axis,

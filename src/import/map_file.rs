@@ -1,4 +1,4 @@
-//! The mapping file: its sections and keys as they are written, and what they mean together.
+//! The mapping file: its sections and keys, and their conversion to a mapping.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ use super::unit::{self, Axis};
 use crate::motor::plausible;
 use crate::recording::known_differences;
 
-/// The mapping file as it is written.
+/// The mapping file as written.
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MapFile {
@@ -62,7 +62,7 @@ pub(super) struct RowsSection {
     pub empty: Option<Empty>,
     pub every: Option<u64>,
     pub unsigned: Option<bool>,
-    /// Most runs that the clock may make of a log.
+    /// Most runs made by restarts of the clock.
     pub runs: Option<u64>,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct RowsSection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Empty {
-    /// The value before it.
+    /// The previous value.
     Hold,
 }
 
@@ -81,12 +81,12 @@ pub(super) struct TimeSection {
     pub unit: String,
     pub scale: Option<f64>,
     pub wrap: Option<f64>,
-    /// The column that holds the rest, as `nanosec` does beside `sec`, and its unit.
+    /// The column of the fraction, such as `nanosec` beside `sec`, and its unit.
     pub fraction: Option<ColumnRef>,
     pub fraction_unit: Option<String>,
-    /// Time since the row before.
+    /// Time since the previous row.
     pub increments: Option<bool>,
-    /// Step of a clock that several rows share, in the column's numbers.
+    /// Step of a clock that several rows share, in the column's units.
     pub resolution: Option<f64>,
 }
 
@@ -99,7 +99,7 @@ pub(super) struct PositionSection {
     pub scale: Option<f64>,
     pub offset: Option<f64>,
     pub wrap: Option<f64>,
-    /// Counts since the row before.
+    /// Counts since the previous row.
     pub increments: Option<bool>,
     pub recorded: Option<bool>,
 }
@@ -113,9 +113,9 @@ pub(super) struct SpeedSection {
     pub offset: Option<f64>,
     #[serde(default)]
     pub integrate: Integration,
-    /// Time constant with which a speed of the instant goes from row to row.
+    /// Time constant of the interpolation of an instantaneous speed between rows.
     pub time_constant_s: Option<f64>,
-    /// To which its numbers are rounded.
+    /// Resolution of its numbers.
     pub resolution: Option<f64>,
 }
 
@@ -129,7 +129,7 @@ pub(super) struct FieldSection {
 }
 
 impl MapFile {
-    /// Turns the motion round.
+    /// Reverses the motion.
     pub fn turn_round(&mut self) {
         let turned = |scale: &mut Option<f64>, offset: &mut Option<f64>| {
             *scale = Some(-scale.unwrap_or(1.0));
@@ -143,7 +143,7 @@ impl MapFile {
         }
     }
 
-    /// Takes the text of a mapping file.
+    /// Parses the text of a mapping file.
     pub fn parse(text: &str) -> Result<Self, MapError> {
         toml::from_str(text).map_err(|error: toml::de::Error| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
@@ -158,7 +158,7 @@ impl MapFile {
         })
     }
 
-    /// The mapping that it says, if it says one that can be.
+    /// The mapping, if it is valid.
     pub fn checked(self) -> Result<Map, MapError> {
         let top = |key, value: Option<f64>, range: plausible::Range| match value {
             Some(value) if !range.holds(value) => Err(wrong(TOP, key, value, &range.to_string())),
@@ -314,7 +314,7 @@ impl FileSection {
         };
         let decimal_comma = match self.decimal.as_deref() {
             None | Some(".") => false,
-            // Between commas it stands in quotes.
+            // A comma-separated decimal comma needs quotes.
             Some(",") => true,
             Some(other) => return Err(wrong("decimal", other, ". or ,")),
         };

@@ -1,8 +1,8 @@
-//! Numbers of a mapping file, held against what each key can be.
+//! Range checks of the numbers in a mapping file.
 
 use super::MapError;
 
-/// A factor that is 1 but for rounding is 1, so that counts stay whole.
+/// A factor of 1 up to rounding becomes 1, so that counts stay integral.
 pub(super) fn unity(factor: f64) -> f64 {
     if (factor - 1.0).abs() < 4.0 * f64::EPSILON {
         1.0
@@ -45,7 +45,7 @@ pub(super) fn optional_positive(
     value.map(|value| positive(section, key, value)).transpose()
 }
 
-/// `scale`, 1 where it is not given.
+/// `scale`, 1 if it is not given.
 pub(super) fn nonzero(section: &'static str, scale: Option<f64>) -> Result<f64, MapError> {
     let scale = scale.unwrap_or(1.0);
     if scale.is_finite() && scale != 0.0 {

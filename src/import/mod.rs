@@ -1,12 +1,12 @@
-//! Turns logs that other programs wrote into run files.
+//! Import of logs of other programs as run files.
 //!
-//! A mapping file ([`Map`]) says which column is what and in which unit. [`import`] then reads the log
-//! line by line, converts each row to SI and writes it; nothing is held in memory but the
-//! first 4096 rows of a run, from whose steps its sample time is taken. A row that cannot be
-//! used is never dropped in silence: it is counted, named by its line, written to a file of rejected
-//! rows with the reason, and leaves a gap in `seq`, so that it counts as lost from then on.
+//! A mapping ([`Map`]) states quantity and unit of each column. [`import`] reads the log line by line, converts each
+//! row to SI units and writes it; only the first 4096 rows of a run are held in memory, to determine its sample time.
+//! A row that cannot be used is counted, reported with its line, written to a file of rejected rows with the reason,
+//! and leaves a gap in `seq`, so that it counts as lost.
 //!
-//! A file of another form (Parquet, MAT, MCAP and others) is read whole into a [`Table`] by its [`Form`], and goes on as the text that says the same.
+//! A file of another format (Parquet, MAT, MCAP and others) is read into a [`Table`] by its [`Form`], and then
+//! processed as equivalent text.
 
 mod bare;
 mod cells;

@@ -1,9 +1,9 @@
-//! Runs that the readers refuse are not written.
+//! Range checks: runs that the readers refuse are not written.
 
 use super::error::RowProblem;
 use crate::motor::plausible;
 
-/// Time before the first row is taken off: since 1970 in microseconds, in seconds a run's own range.
+/// Range of times before the first row is subtracted: since 1970 in microseconds, a run's range in seconds.
 pub(super) const ANY_TIME: plausible::Range = plausible::Range {
     lo: -1e15,
     hi: 1e15,
@@ -27,7 +27,7 @@ pub(super) fn within(
     }
 }
 
-/// Time to whole nanoseconds: what subtraction leaves beyond that is rounding.
+/// Time rounded to nanoseconds, which removes errors of the subtraction.
 pub(super) fn nanoseconds(t_s: f64) -> f64 {
     (t_s * 1e9).round() / 1e9
 }

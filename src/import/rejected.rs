@@ -1,4 +1,4 @@
-//! The file of rejected rows: every bad row with its line and the reason, beside the run.
+//! The file of rejected rows with line and reason, beside the run.
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -9,12 +9,12 @@ use super::{BadRow, ImportProblem};
 use crate::platform::files::{File, remove_file};
 use crate::recording::next_free_name;
 
-/// Bad rows that are kept for the summary; the file has all.
+/// Most rejected rows in the summary; the file has all.
 const MOST_KEPT: usize = 20;
-/// Characters of a bad row that the file shows.
+/// Most characters of a rejected row in the file.
 const MOST_SHOWN: usize = 500;
 
-/// Gathers bad rows. The file is made with the first.
+/// Collects rejected rows. The file is created with the first.
 #[derive(Debug)]
 pub(super) struct Rejected {
     path: PathBuf,
@@ -34,7 +34,7 @@ impl Rejected {
         }
     }
 
-    /// One more.
+    /// Adds a row.
     pub fn push(
         &mut self,
         line: u64,
@@ -76,7 +76,7 @@ impl Rejected {
         writeln!(file, "{},{},{}", row.line, quoted(&row.why), quoted(&text))
     }
 
-    /// Where the bad rows are, if there were any.
+    /// Path of the file, if there were rejected rows.
     pub fn finish(mut self) -> Result<Option<PathBuf>, ImportProblem> {
         let Some(mut file) = self.file.take() else {
             return Ok(None);
@@ -90,10 +90,10 @@ impl Rejected {
         }
     }
 
-    /// Takes the file away again, where nothing came of the import.
+    /// Removes the file of a failed import.
     pub fn forget(mut self) {
         if self.file.take().is_some() {
-            // It is only a help; that it stays is no harm.
+            // A leftover is harmless.
             let _ = remove_file(&self.path);
         }
     }

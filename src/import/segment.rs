@@ -1,4 +1,4 @@
-//! One run on its way into its file: a look ahead for its sample time, then row by row.
+//! Writer of one run: the first rows determine its sample time, then row by row.
 
 use std::path::{Path, PathBuf};
 
@@ -12,21 +12,21 @@ use crate::motor::plausible;
 use crate::platform::files::remove_file;
 use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, SPEED_RESOLUTION, Steps, Time};
 
-/// Rows from whose steps the sample time is taken.
+/// Rows that determine the sample time.
 pub(super) const LOOK_AHEAD: usize = 4096;
 
-/// Rows after which those that wait in memory are handed on, if they have waited long enough: asking the clock for each would
-/// take as long as reading it.
+/// Rows between two checks whether the waiting rows are due: reading the clock for each would take as long as reading
+/// the row.
 const ROWS_TO_FLUSH: u64 = 64;
 
-/// A run that has been written.
+/// A written run.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct ImportedRun {
-    /// Its file.
+    /// Path of its file.
     pub path: PathBuf,
-    /// Samples in it.
+    /// Number of samples.
     pub samples: u64,
-    /// From the first to the last in s.
+    /// Duration in s.
     pub duration_s: f64,
     /// Nominal sample time in s.
     pub sample_time_s: f64,
@@ -34,7 +34,7 @@ pub struct ImportedRun {
     pub steps_s: (f64, f64),
 }
 
-/// A run on its way.
+/// A run under construction.
 #[derive(Debug)]
 pub(super) struct Segment<'a> {
     map: &'a Map,
@@ -45,13 +45,13 @@ pub(super) struct Segment<'a> {
     sample_time_s: f64,
     before: Option<(u64, f64)>,
     thin: Thin,
-    /// Rows whose command was held to full drive.
+    /// Rows whose command was clamped to full drive.
     beyond_full: u64,
-    /// A speed that is 0 between edges, in the rows that are looked at ahead.
+    /// A speed that is 0 between edges, in the first rows.
     zero_speeds: Option<ZeroSpeeds>,
-    /// Samples that are missing in pauses so far.
+    /// Samples missing in pauses so far.
     lost: u64,
-    /// A longer step in s is a pause.
+    /// Least step of a pause in s.
     pause_s: f64,
     shortest_s: f64,
     longest_s: f64,
@@ -78,10 +78,10 @@ impl<'a> Segment<'a> {
         }
     }
 
-    /// One more sample, from this line of the log.
+    /// Adds a sample from this line of the log.
     ///
     /// # Errors
-    /// It cannot be written, or the run would be none that can be read; what was written of it is then gone.
+    /// It cannot be written, or the run could not be read back; the partial file is then removed.
     pub fn push(&mut self, line: u64, sample: Sample) -> Result<(), ImportProblem> {
         self.beyond_full += u64::from(sample.beyond_full.is_some());
         match self.thin.push(line, sample) {
@@ -122,7 +122,7 @@ impl<'a> Segment<'a> {
         }
     }
 
-    /// Opens the file and writes what waited.
+    /// Creates the file and writes the waiting rows.
     fn begin(&mut self) -> Result<(), ImportProblem> {
         let every = self.map.every as f64;
         self.sample_time_s = match self.map.sample_time_s {
@@ -158,7 +158,7 @@ impl<'a> Segment<'a> {
         Ok(())
     }
 
-    /// Writes a sample. A pause before it is one of lost samples: its number goes on by as many as have gone by.
+    /// Writes a sample. Samples missing in a pause before it are counted in its number.
     fn append(&mut self, before: Option<(u64, f64)>, sample: Sample) -> Result<(), ImportProblem> {
         let Some(writer) = &mut self.writer else {
             return Ok(());
@@ -197,12 +197,12 @@ impl<'a> Segment<'a> {
         (written >= rows).then_some(ImportProblem::TooLong { line, rows })
     }
 
-    /// Takes away what was written.
+    /// Removes the partial file.
     pub fn discard(&mut self) {
         if let Some(writer) = self.writer.take() {
             let path = writer.path().to_owned();
             drop(writer);
-            // It is this run's own file, and the problem that follows is what is said.
+            // It is this run's file, and the following error is reported.
             let _ = remove_file(&path);
         }
     }
@@ -243,7 +243,7 @@ impl<'a> Segment<'a> {
                 }
             }
         }
-        // Rounded to counts it would not show.
+        // Not visible after rounding to counts.
         if let Some(zero) = &self.zero_speeds {
             let figures = [
                 ("share", zero.share),

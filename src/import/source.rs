@@ -1,4 +1,4 @@
-//! Where a log comes from: text as it is read, or a table that a file of another form holds.
+//! Source of a log: text, or the table of a file of another format.
 
 use std::io::{self, Cursor, Read};
 
@@ -8,33 +8,33 @@ use super::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES, Table};
 /// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
-    /// Its bytes.
+    /// An error of its bytes.
     #[error(transparent)]
     Read(#[from] io::Error),
-    /// Its form.
+    /// An error of its format.
     #[error(transparent)]
     Form(#[from] FormatError),
-    /// A binary file is read whole.
+    /// The file is too large for memory.
     #[error("it is {form} of more than {MOST_FILE_BYTES} bytes\nhint: cut it into parts")]
     TooLarge {
-        /// Name of the form.
+        /// Name of the format.
         form: &'static str,
     },
 }
 
-/// A log that is open.
+/// An open log.
 pub enum Source<'a> {
     /// Text in columns, plain or gzipped.
     Text(Box<dyn Read + 'a>),
-    /// A table of another form.
+    /// A table of another format.
     Table(Table),
 }
 
 impl<'a> Source<'a> {
-    /// Tells the form by the first bytes, or by the file's name. Binary files are read whole.
+    /// Recognizes the format by the first bytes, or by the file's name. Binary files are read completely.
     ///
     /// # Errors
-    /// It cannot be read, or its form is none that is.
+    /// It cannot be read, or its format is not supported.
     pub fn new(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Self, SourceError> {
         let beginning = beginning(&mut bytes, TOLD_BY_BYTES as u64)?;
         let form = Form::of(&beginning).or_else(|| Form::of_name(name));
@@ -52,7 +52,7 @@ impl<'a> Source<'a> {
         Ok(Self::Table(form.read(&whole)?))
     }
 
-    /// A mapping file as it is used for this log.
+    /// A mapping adapted to this log.
     #[must_use]
     pub fn fitted(&self, ready: Ready) -> Ready {
         match self {
@@ -91,7 +91,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The first bytes, fewer only if there are no more.
+/// The first bytes, fewer only at the end.
 fn beginning(source: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     source.take(count).read_to_end(&mut bytes)?;

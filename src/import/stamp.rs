@@ -1,31 +1,32 @@
-//! Time stamps as people and terminals write them: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`,
-//! `4/13/2026 7:03:12 PM`, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's
-//! `T#1s250ms`, and a time with its unit, `12.5 ms`.
+//! Time stamps in common notations: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`, `4/13/2026 7:03:12
+//! PM`, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's `T#1s250ms`,
+//! and a time with its unit, `12.5 ms`.
 //!
-//! Terminals put them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
-//! `[2026-04-13 19:03:12.345] `, Tera Term `[Mon Apr 13 19:03:12.345 2026] `, others `(19:03:12.345) ` or a tab after it.
+//! Terminals print them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
+//! `[2026-04-13 19:03:12.345] `, Tera Term `[Mon Apr 13 19:03:12.345 2026] `, others `(19:03:12.345) ` or a tab after
+//! it.
 
-/// Seconds in a day: a time of day starts again at 0 there.
+/// Seconds in a day, after which a time of day wraps.
 pub(super) const DAY_S: f64 = 86_400.0;
 
-/// Within so many bytes a stamp has its first colon: `[2026-04-13 19:`.
+/// Most bytes before the first colon of a stamp: `[2026-04-13 19:`.
 const LONGEST_BEFORE_TIME: usize = 15;
 
 /// A time stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stamp {
-    /// Seconds since 1970, or since midnight where there is no date.
+    /// Seconds since 1970, or since midnight without a date.
     pub s: f64,
-    /// It has no date.
+    /// Without a date.
     pub is_of_day: bool,
-    /// `12:34`, read as minutes and seconds: hours and minutes are written so too.
+    /// `12:34`, read as minutes and seconds; hours and minutes have the same notation.
     pub is_either: bool,
 }
 
-/// A cell that is a time stamp and nothing else.
+/// The stamp in a cell without other text.
 pub(super) fn stamp(cell: &[u8]) -> Option<Stamp> {
     let cell = cell.trim_ascii();
-    // Every one begins with a digit, or a letter of a time literal.
+    // Stamps begin with a digit, or a letter of a time literal.
     let first = *cell.first()?;
     let is_ctime = || ctime(cell).is_some();
     if !first.is_ascii_digit() && !matches!(first, b'T' | b't' | b'L' | b'-') && !is_ctime() {
@@ -106,7 +107,7 @@ fn duration(cell: &[u8]) -> Option<f64> {
     }
 }
 
-/// The time stamp that a terminal put before a line, and the line as the board sent it.
+/// The time stamp that a terminal printed before a line, and the line of the board.
 pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
     let line = line.trim_ascii_start();
     // Every stamp has a time of day.
@@ -121,7 +122,7 @@ pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
     if let Some(closes) = closes {
         return Some((stamp, rest.strip_prefix(closes)?.trim_ascii_start()));
     }
-    // A tab is the terminal's where others divide the cells; one comma may be a decimal one.
+    // A tab is the terminal's if the cells have another separator; one comma may be a decimal one.
     if let Some(content) = rest.strip_prefix(b"\t") {
         let has = |marks: &[u8]| content.iter().filter(|byte| marks.contains(byte)).count();
         let is_divided = has(b",") > 1 || has(b";:=") > 0;
@@ -132,7 +133,7 @@ pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
     Some((stamp, content.trim_ascii_start()))
 }
 
-/// `Mon Apr 13 19:03:12.345 2026` of C's `ctime`, and what follows it.
+/// `Mon Apr 13 19:03:12.345 2026` of C's `ctime`, and the rest.
 fn ctime(text: &[u8]) -> Option<(Stamp, &[u8])> {
     const MONTHS: &[u8; 36] = b"JanFebMarAprMayJunJulAugSepOctNovDec";
     let (weekday, rest) = text.split_at_checked(3)?;
@@ -150,7 +151,7 @@ fn ctime(text: &[u8]) -> Option<(Stamp, &[u8])> {
     (weekday.iter().all(u8::is_ascii_alphabetic) && of_day.is_of_day).then_some((stamp, rest))
 }
 
-/// The time stamp at the beginning, and what follows it.
+/// The leading time stamp, and the rest.
 fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
     if text.first().is_some_and(u8::is_ascii_alphabetic) {
         return ctime(text);
@@ -181,7 +182,7 @@ fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
     Some((stamp, rest))
 }
 
-/// Hours after `AM` or `PM`, which may follow.
+/// Hours with an optional `AM` or `PM`.
 fn of_half_day(hours: i64, text: &[u8]) -> Option<(i64, &[u8])> {
     let after = text.trim_ascii_start();
     let Some((half, rest)) = after.split_at_checked(2) else {
@@ -225,7 +226,7 @@ fn days_since_1970(year: i64, month: i64, day: i64) -> Option<i64> {
     Some(i64::from(days))
 }
 
-/// A whole number of so many digits.
+/// An integer with this many digits.
 fn number(text: &[u8], least: usize, most: usize) -> Option<(i64, &[u8])> {
     let digits = text.iter().take_while(|byte| byte.is_ascii_digit()).count();
     if digits < least || digits > most {
@@ -286,7 +287,7 @@ mod tests {
 
     #[test]
     fn stamps_of_every_kind_are_seconds() {
-        // `date -u -d ... +%s` says the same.
+        // Checked with `date -u -d ... +%s`.
         for (text, s, is_of_day) in [
             ("00:00:00", 0.0, true),
             ("12:34:56.789", 45_296.789, true),

@@ -1,4 +1,4 @@
-//! Counters that go round made straight, and commands that are known by their points.
+//! Unwrapping of counters, and interpolation of given commands.
 
 /// A counter that wraps, unwrapped.
 #[derive(Debug, Clone, Copy, Default)]
@@ -8,7 +8,7 @@ pub(super) struct Unwrapped {
 }
 
 impl Unwrapped {
-    /// This and the state after it, which is kept only if the row is good.
+    /// The unwrapped number, and the state after it, which is kept only if the row is accepted.
     pub fn next(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
         let Some(wrap) = wrap else {
             return (number, self);
@@ -22,9 +22,9 @@ impl Unwrapped {
     }
 }
 
-/// The value of a profile at a time: the first point's before it, the last one's after it.
+/// The value of a profile at a time, constant beyond its ends.
 pub(super) fn profile(points: &[(f64, f64)], line: bool, t_s: f64) -> f64 {
-    // A point at the very time of a row holds from that row on, whatever the rounding.
+    // A point at the time of a row applies from that row on, regardless of rounding.
     let after = points.partition_point(|&(at, _)| at <= t_s + 1e-9);
     let Some(&(from_s, from)) = after.checked_sub(1).and_then(|k| points.get(k)) else {
         return points.first().map_or(0.0, |&(_, value)| value);

@@ -1,22 +1,22 @@
-//! Contents of a file of another form: columns of numbers, and the text in columns that says the same.
+//! Contents of a file of another format: columns of numbers, and the equivalent text in columns.
 //!
-//! Every reader in `formats` makes a [`Table`]. From there on it is a log as any other: names are recognised, rows are converted.
+//! Every reader in `formats` makes a [`Table`], which is then processed as any other log.
 
 use std::io::{self, Read, Write};
 
 use super::cells::{Cells, Separator};
 
-/// Most columns of a table; what is constant is left out first.
+/// Most columns of a table; constant ones are left out first.
 const MOST_COLUMNS: usize = 400;
-/// Most characters of a column's name: the line of names then fits the longest line.
+/// Most characters of a column's name, so that the line of names fits the longest line.
 const MOST_NAME: usize = 120;
 
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableColumn {
-    /// As the file names it.
+    /// Name in the file.
     pub name: String,
-    /// As the file says it.
+    /// Unit in the file.
     pub unit: Option<String>,
 }
 
@@ -26,9 +26,9 @@ pub(super) type Cell = (u32, u16, f64);
 /// The numbers of a table.
 #[derive(Debug, Clone, PartialEq)]
 enum Numbers {
-    /// Column by column; NaN is an empty cell.
+    /// By columns; NaN is an empty cell.
     Whole(Vec<Vec<f64>>),
-    /// Cells in the order of their rows: signals of different rates leave most of them empty.
+    /// Cells in the order of their rows: with signals of different rates most are empty.
     Sparse { rows: usize, cells: Vec<Cell> },
 }
 
@@ -37,7 +37,7 @@ enum Numbers {
 pub struct Table {
     /// Of every column.
     pub columns: Vec<TableColumn>,
-    /// Remarks for people.
+    /// Notes for the user.
     pub notes: Vec<String>,
     numbers: Numbers,
     /// Name of a column of words and its word in each row: every new one begins a run.
@@ -45,7 +45,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Of columns of one length.
+    /// From columns of equal length.
     pub(super) fn whole(columns: Vec<(TableColumn, Vec<f64>)>) -> Self {
         let (columns, numbers): (Vec<TableColumn>, Vec<Vec<f64>>) = columns.into_iter().unzip();
         let mut table = Self {
@@ -58,7 +58,7 @@ impl Table {
         table
     }
 
-    /// Of values in the order of their rows.
+    /// From values in the order of their rows.
     pub(super) fn sparse(columns: Vec<TableColumn>, rows: usize, cells: Vec<Cell>) -> Self {
         let mut table = Self {
             columns,
@@ -70,7 +70,8 @@ impl Table {
         table
     }
 
-    /// Of samples of signals at their own times: time, column, value. Column 0 is the time; samples of one time share a row.
+    /// From samples of signals at separate times: time, column, value. Column 0 is the time; samples of one time
+    /// share a row.
     pub(super) fn by_time(columns: Vec<TableColumn>, mut samples: Vec<(f64, u16, f64)>) -> Self {
         samples.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut cells: Vec<Cell> = Vec::with_capacity(2 * samples.len());
@@ -86,18 +87,17 @@ impl Table {
         Self::sparse(columns, rows as usize, cells)
     }
 
-    /// The same in runs of their own: each row's word.
+    /// Divided into runs by each row's word.
     pub(super) fn in_runs(mut self, name: &str, words: Vec<String>) -> Self {
         self.runs = Some((name.to_owned(), words));
         self
     }
 
-    /// The column by whose words the runs are told.
+    /// The column whose words divide the runs.
     pub(super) fn split_by(&self) -> Option<&str> {
         self.runs.as_ref().map(|(name, _)| name.as_str())
     }
 
-    /// Rows that there are.
     pub(super) fn rows(&self) -> usize {
         match &self.numbers {
             Numbers::Whole(columns) => columns.iter().map(Vec::len).max().unwrap_or(0),
@@ -105,7 +105,7 @@ impl Table {
         }
     }
 
-    /// Leaves out columns beyond what a table may have: those that never change, then the last.
+    /// Removes columns beyond the limit: constant ones, then the last.
     fn narrow(&mut self) {
         for column in &mut self.columns {
             column.name = named(&column.name);
@@ -145,7 +145,7 @@ impl Table {
         }
     }
 
-    /// Which columns hold two different numbers. The first column of signals is their time, which always does.
+    /// Columns with two different numbers. The first column of signals is their time, which always varies.
     fn changes(&self) -> Vec<bool> {
         let mut first: Vec<Option<f64>> = vec![None; self.columns.len()];
         let mut changes = vec![false; self.columns.len()];
@@ -170,7 +170,7 @@ impl Table {
         changes
     }
 
-    /// The table as text: a line of names, then the rows, with commas between.
+    /// The table as text: a line of names, then the rows, separated by commas.
     pub fn text(&self) -> TableText<'_> {
         TableText {
             table: self,
@@ -182,7 +182,7 @@ impl Table {
         }
     }
 
-    /// Shows the first rows, cell by cell.
+    /// Passes the first rows to `at_row`.
     pub(super) fn look(&self, rows: usize, mut at_row: impl FnMut(&Cells)) {
         let mut text = self.text();
         let mut cells = Cells::default();
@@ -198,7 +198,7 @@ impl Table {
     }
 }
 
-/// A name that stands on one line and is not too long.
+/// A name on one line, of limited length.
 fn named(name: &str) -> String {
     let name: String = name
         .trim()
@@ -226,7 +226,7 @@ pub struct TableText<'a> {
 }
 
 impl TableText<'_> {
-    /// Puts the next line into `line`; whether there was one.
+    /// Writes the next line into `line`; returns whether there was one.
     fn write_line(&mut self) -> bool {
         self.line.clear();
         self.read = 0;
@@ -282,7 +282,7 @@ impl TableText<'_> {
     }
 }
 
-/// The shortest text that is read back as the same number; nothing for what is no number.
+/// The shortest text that parses to the same number; empty for NaN.
 fn write_number(line: &mut Vec<u8>, number: f64) {
     let magnitude = number.abs();
     let _ = match number {
@@ -305,7 +305,7 @@ impl Read for TableText<'_> {
     }
 }
 
-/// A 32 bit float as the number that its shortest digits say: 0.1, not 0.10000000149.
+/// A 32-bit float as the number of its shortest digits: 0.1, not 0.10000000149.
 pub(super) fn of_f32(number: f32) -> f64 {
     let exact = f64::from(number);
     if exact.fract() == 0.0 || !exact.is_finite() {

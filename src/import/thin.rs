@@ -1,11 +1,11 @@
-//! One sample of so many rows.
+//! Decimation: one sample per given number of rows.
 //!
-//! The command of a sample is the mean over the rows until the next one, weighted by the time that each was in force: the motor
-//! got as many volt-seconds as the log says, also where the command steps between two samples.
+//! The command of a sample is the time-weighted mean over the rows until the next one, so that volt-seconds are
+//! conserved also where the command steps between two samples.
 
 use super::convert::Sample;
 
-/// Takes every so-manieth row.
+/// A decimator.
 #[derive(Debug)]
 pub(super) struct Thin {
     every: u64,
@@ -25,7 +25,7 @@ impl Thin {
         }
     }
 
-    /// One more row, from this line; the sample that it ends.
+    /// Adds a row from this line; returns the sample that it completes.
     pub fn push(&mut self, line: u64, sample: Sample) -> Option<(u64, Sample)> {
         if self.every == 1 {
             return Some((line, sample));
@@ -42,7 +42,7 @@ impl Thin {
         ended
     }
 
-    /// The sample that the end of the log ends.
+    /// The last sample.
     pub fn finish(&mut self) -> Option<(u64, Sample)> {
         let end_s = self.last?.t_s;
         self.take(end_s)

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use super::MapError;
 use crate::recording::CommandKind;
 
-/// Conversion of counts and metres into angles.
+/// Conversion of counts and metres to angles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
-    /// Counts of the source's encoder in one revolution.
+    /// Counts of the encoder in one revolution.
     pub counts_per_rev: f64,
     /// Travel of a linear axis in one revolution in m, if the mapping has it.
     pub m_per_rev: Option<f64>,
@@ -24,7 +24,7 @@ impl Axis {
     }
 }
 
-/// One unit, in any of the ways in which people write it.
+/// A unit in a normalized notation.
 fn plain(unit: &str) -> String {
     unit.trim()
         .replace(['µ', 'μ'], "u")
@@ -41,10 +41,10 @@ fn unknown(section: &'static str, unit: &str, expected: &str) -> MapError {
     }
 }
 
-/// Seconds in one of these.
+/// Seconds per unit.
 pub(super) fn time_s(unit: &str) -> Result<f64, MapError> {
     Ok(match plain(unit).as_str() {
-        // A time stamp is in seconds, whatever is said.
+        // A time stamp is in seconds in any case.
         "s" | "stamp" => 1.0,
         "ms" => 1e-3,
         "us" => 1e-6,
@@ -63,7 +63,7 @@ pub(super) fn time_s(unit: &str) -> Result<f64, MapError> {
     })
 }
 
-/// Revolutions in one of these.
+/// Revolutions per unit.
 pub(super) fn angle_rev(unit: &str, axis: &Axis) -> Result<f64, MapError> {
     let section = "[position]";
     Ok(match plain(unit).as_str() {
@@ -86,7 +86,7 @@ pub(super) fn angle_rev(unit: &str, axis: &Axis) -> Result<f64, MapError> {
     })
 }
 
-/// Revolutions a second in one of these.
+/// Revolutions per second per unit.
 pub(super) fn speed_rev_s(unit: &str, axis: &Axis) -> Result<f64, MapError> {
     let section = "[speed]";
     Ok(match plain(unit).as_str() {
@@ -109,7 +109,7 @@ pub(super) fn speed_rev_s(unit: &str, axis: &Axis) -> Result<f64, MapError> {
     })
 }
 
-/// Amperes in one of these.
+/// Amperes per unit.
 pub(super) fn current_a(unit: &str) -> Result<f64, MapError> {
     Ok(match plain(unit).as_str() {
         "A" => 1.0,
@@ -118,7 +118,7 @@ pub(super) fn current_a(unit: &str) -> Result<f64, MapError> {
     })
 }
 
-/// Volts in one of these.
+/// Volts per unit.
 pub(super) fn supply_v(unit: &str) -> Result<f64, MapError> {
     Ok(match plain(unit).as_str() {
         "V" => 1.0,

@@ -1,4 +1,4 @@
-//! `motorlab blind` from the command line, with a diagnoser that spies.
+//! `motorlab blind` from the command line, with a diagnoser that records what it can access.
 #![cfg(unix)]
 
 use std::fs;
@@ -8,11 +8,10 @@ use std::path::Path;
 use crate::support::command::run;
 use serde_json::Value;
 
-/// A motor twice as heavy as the handout's, which is what the arranged runs are simulated with.
+/// A motor of twice the handout's inertia, with which the runs are simulated.
 const HEAVY: &str = "inertia_kg_m2 = 0.004\n";
 
-/// A program that keeps the contract: writes down all that it can see, answers "inertia", and leaves the
-/// motor file that it was given to leave.
+/// A diagnoser: writes down all that it can access, answers "inertia", and writes the prepared motor file.
 fn spy(directory: &Path) {
     let notes = directory.join("notes.txt");
     let answer = r#"{"verdict": "effect", "effects": ["inertia"], "elapsed_s": 0.1,
@@ -66,7 +65,7 @@ fn arranged_recordings_are_sealed_judged_and_scored() {
     assert_eq!(judged["verdicts"], 2);
     let head = judged["head"].as_str().expect("a hash");
 
-    // Its view: copies of the run and the motor, and nothing that leads to the set or the labels.
+    // Its view: copies of the run and the motor, and no path to the set or the labels.
     let notes = fs::read_to_string(here.join("notes.txt")).expect("it was called");
     assert!(notes.contains(
         "arguments: diagnose run1.csv --motor motor.toml --model-out diagnosed.toml --json\n"
@@ -106,7 +105,7 @@ fn arranged_recordings_are_sealed_judged_and_scored() {
     let diagnoser = score["set"]["diagnosers"][0].as_str().expect("a name");
     assert!(diagnoser.starts_with("spy 3 (sha256 "), "{diagnoser}");
 
-    // The motor file that it left is the truth: on the unseen run all of the gap but rounding closes.
+    // The motor file that it wrote is the truth: on the held-out run all of the gap except quantization is removed.
     let gap = &score["cases"][0]["gap"];
     assert!(gap["before_counts"].as_f64() > Some(2.0), "{gap}");
     assert!(gap["after_counts"].as_f64() < Some(0.32), "{gap}");
@@ -155,7 +154,7 @@ fn made_cases_come_again_from_their_seed_and_do_not_tell_it() {
     };
     let (one, two) = (make("one"), make("two"));
     assert_eq!(one["sha256"], two["sha256"]);
-    // Salts are of the system's randomness: the same label is committed to in other words.
+    // Salts are random: the commitments to equal labels differ.
     assert_ne!(one["commitment"], two["commitment"]);
     let again = run(keep.path(), &["blind", "make", "one"]);
     assert_eq!(again.status, Some(2));

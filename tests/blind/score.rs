@@ -1,4 +1,4 @@
-//! The score of nine verdicts against figures computed by hand.
+//! The score of nine verdicts compared with figures computed by hand.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ fn near(found: Option<f64>, expected: f64) {
     );
 }
 
-/// A case: its label with strengths and parameters, and the diagnosis (null: it failed).
+/// A case: its label with strengths and parameters, and the diagnosis (null for a failure).
 pub(crate) struct JudgedCase {
     label: &'static str,
     strength: Option<f64>,
@@ -275,12 +275,12 @@ fn strengths_and_confusion_hold_each_case_once() {
 #[test]
 fn probabilities_are_scored_as_defined() {
     let probabilities = scored().probabilities;
-    // Said with .9 .9 .7 .8 1 .95 .6 .7, right: 1 1 0 1 0 1 0 1.
+    // Probabilities .9 .9 .7 .8 1 .95 .6 .7, right: 1 1 0 1 0 1 0 1.
     near(
         probabilities.brier,
         (0.01 + 0.01 + 0.49 + 0.04 + 1.0 + 0.0025 + 0.36 + 0.09) / 8.0,
     );
-    // By case: .1^2 + .1^2; .5^2 + .6^2 + .1^2; .7^2 + .8^2 + .1^2; of pairs .1^2 + .1^2 and .5^2 + .5^2; ...
+    // By case: .1^2 + .1^2; .5^2 + .6^2 + .1^2; .7^2 + .8^2 + .1^2; for pairs .1^2 + .1^2 and .5^2 + .5^2; ...
     near(
         probabilities.brier_all_causes,
         (0.02 + 0.62 + 1.14 + 0.02 + 0.5 + 0.005 + 0.72 + 0.18) / 8.0,
@@ -310,7 +310,7 @@ fn probabilities_are_scored_as_defined() {
 #[test]
 fn intervals_claims_and_times_are_summed_up() {
     let score = scored();
-    // Torque in, speed out, phase in (6.2 to 6.5 is -0.08 to 0.22 a turn on), torque on the edge.
+    // Torque in, speed out, phase in (6.2 to 6.5 is -0.08 to 0.22 plus one turn), torque at the end.
     assert_eq!(score.coverage.intervals, share(3, 4));
     assert_eq!(score.coverage.whole_numbers, share(1, 1));
     near(score.gap.claimed_median, 0.94);
@@ -342,7 +342,7 @@ fn text_and_page_account_for_every_miss() {
     ));
 }
 
-/// How one more verdict bears.
+/// The bearing of one additional verdict.
 fn bearing_of(label: &'static str, diagnosis: Value) -> Bearing {
     judge(&JudgedCase::new(label, diagnosis).opened(1), None).bearing
 }

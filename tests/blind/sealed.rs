@@ -1,4 +1,4 @@
-//! Sealed cases: what is refused, what a diagnoser gets to see, and that a stopped run continues.
+//! Sealed cases: refusals, the diagnoser's view, and continuation of a stopped run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +25,7 @@ fn case(label: &str) -> NewCase {
     }
 }
 
-/// A set of three cases in a directory of its own, and its labels beside it.
+/// A set of three cases in a temporary directory, with its labels beside it.
 struct Set {
     _keep: tempfile::TempDir,
     directory: PathBuf,
@@ -54,7 +54,7 @@ impl Set {
         open(&self.directory, &self.labels, None).map(|_| ())
     }
 
-    /// Reasons to refuse an opening.
+    /// The reason of a refused opening.
     fn refusal(&self) -> String {
         match self.open() {
             Err(BlindError::Refused(why)) => {
@@ -79,7 +79,7 @@ fn read(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).expect("there")).expect("JSON")
 }
 
-/// Says "no gap" of everything, remembers whom it was asked about, and asks to stop after so many.
+/// A diagnoser that answers "no gap" for all cases, records them, and requests a stop after a number of them.
 #[derive(Default)]
 struct Stub {
     asked: Mutex<Vec<String>>,
@@ -170,7 +170,7 @@ fn nothing_in_the_set_tells_a_label() {
             }
         }
     }
-    // Manifest, ledger and its lock, and of each case two runs, motor, unseen run and verdict.
+    // Manifest, ledger and its lock; for each case two runs, motor, held-out run and verdict.
     assert_eq!(files, 3 + 3 * 5);
 }
 
@@ -279,14 +279,14 @@ fn a_verdict_newer_than_the_opening_is_refused() {
     set.open().expect("opened");
     set.open().expect("opened again, as often as one likes");
 
-    // No more verdicts by the ordinary way.
+    // Further verdicts are refused.
     let stub = Stub::default();
     let again = run(&set.directory, &stub, 1, &AtomicBool::new(false), &|_| ());
     assert!(
         matches!(again, Err(BlindError::Refused(why)) if why.to_string().contains("has been opened"))
     );
 
-    // Nor by another: the opening is put aside, the cases are judged anew, the opening is restored.
+    // Also if the opening is removed, the cases are judged again, and the opening is restored.
     let opening = set.directory.join("opened.json");
     let aside = set.labels.with_extension("opened");
     fs::rename(&opening, &aside).expect("moved");
@@ -326,7 +326,7 @@ fn a_stopped_run_continues_and_judges_nothing_twice() {
     let begun = run(&set.directory, &stub, 1, flag, &|_| ()).expect("begun");
     assert_eq!(begun.entries.len(), 2);
 
-    // Power fails in the middle of the third line.
+    // Power failure within the third line.
     let path = set.directory.join("verdicts.log");
     let mut text = fs::read_to_string(&path).expect("a chain");
     text.push_str("{\"case\":\"case-0003\",\"sha2");

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::score::{JudgedCase, estimate};
 
-/// Contents of a document of the second shape: something more beside what is named, a class, no answer.
+/// A document of the second shape: a further unknown, a class, no answer.
 #[test]
 fn the_second_shape_of_a_diagnosis_is_judged() {
     let story = |label: &'static str, diagnosis: Value| {
@@ -52,7 +52,7 @@ fn the_second_shape_of_a_diagnosis_is_judged() {
     assert!(fatal_first.failure.is_some() && fatal_first.bearing == Bearing::Missed);
 }
 
-/// The third shape: inclusion probabilities, sets that add to 1, classes that stand for an effect, no `unknown`.
+/// The third shape: inclusion probabilities, sets with the sum 1, classes in place of an effect, no `unknown`.
 #[test]
 fn the_third_shape_of_a_diagnosis_is_judged() {
     let judged = |label: &'static str,
@@ -77,7 +77,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
         {"effects": [], "probability": 0.05}]);
     let pairs = json!([{"effects": ["stribeck", "inertia"], "probability": 0.5}, {"effects": ["dead_zone", "inertia"], "probability": 0.4},
         {"effects": [], "probability": 0.1}]);
-    // A class is a tie of its members; without one the effect is named outright.
+    // A class is a tie of its members; without one the effect is named.
     for label in ["stribeck", "dead_zone"] {
         let of_class = judged(
             label,
@@ -129,7 +129,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
         .bearing,
         Bearing::Missed
     );
-    // Of a pair a member of a class may be exchanged.
+    // In a pair, a member of a class may be exchanged.
     let pair = judged(
         "dead_zone+inertia",
         "effect",
@@ -140,7 +140,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
     );
     assert_eq!((pair.bearing, pair.standing), (Bearing::Tied, 2));
     assert!((pair.probability_truth - 0.4).abs() < 1e-12);
-    // Named effects and something unexplained.
+    // Named effects and an unexplained error.
     let partial = judged(
         "stribeck",
         "partial",
@@ -156,7 +156,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
             &["stribeck".to_owned(), "unknown".to_owned()][..]
         )
     );
-    // Nothing is named: the most probable set and its ties, with their own probabilities.
+    // No named effect: the most probable set and its ties, with their probabilities.
     let ambiguous = judged(
         "dead_zone",
         "ambiguous",
@@ -179,7 +179,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
         pairs,
     );
     assert_eq!(ambiguous.bearing, Bearing::Tied);
-    // The probability of no effect of the catalogue is that of something outside.
+    // The probability of no effect of the catalogue is that of an outside cause.
     let outside_sets =
         json!([{"effects": [], "probability": 0.7}, {"effects": ["stribeck"], "probability": 0.3}]);
     let outside = judged(

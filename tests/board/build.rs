@@ -1,13 +1,13 @@
-//! Compiles the sketch for both boards, as the Arduino IDE does, and the C side of the emulator.
+//! Compiles the sketch for both boards, as the Arduino IDE does, and the C part of the emulator.
 //!
-//! The flags are those of the Arduino AVR platform (platform.txt) without link-time optimisation, so
-//! that symbols keep their names; the core is linked as an archive, as the IDE does.
+//! The flags are those of the Arduino AVR platform (platform.txt) without link-time optimisation, so that symbols
+//! keep their names; the core is linked as an archive, as in the IDE.
 
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where Debian's arduino-core-avr puts the core.
+/// Location of the core in Debian's arduino-core-avr.
 const CORE: &str = "/usr/share/arduino/hardware/arduino/avr";
 
 /// Name of the board, processor, macro of boards.txt, variant of the core.
@@ -36,7 +36,7 @@ fn main() {
     println!("cargo:rustc-link-lib=elf");
 }
 
-/// The sketch and the core, compiled and linked; the ELF file's path comes back.
+/// Compiles and links sketch and core; returns the path of the ELF file.
 fn compile(sketch: &Path, out: &Path, board: (&str, &str, &str, &str)) -> PathBuf {
     let (name, processor, define, variant) = board;
     let out = out.join(name);

@@ -1,11 +1,11 @@
-//! `check` has an answer for every recording that there can be, however odd.
+//! `check` returns for every possible recording.
 
 use motorlab::check::check;
 use motorlab::motor::Motor;
 use motorlab::recording::{CommandKind, Run};
 use proptest::prelude::*;
 
-/// Numbers at which arithmetic goes wrong, and ordinary ones.
+/// Floating-point special values, and ordinary numbers.
 fn numbers() -> impl Strategy<Value = f64> {
     prop_oneof![
         Just(0.0),
@@ -33,7 +33,7 @@ fn counts() -> impl Strategy<Value = i64> {
     ]
 }
 
-/// Steps of time: rising, standing still, or leaping.
+/// Steps of time: increasing, zero, or jumping.
 fn steps() -> impl Strategy<Value = f64> {
     prop_oneof![
         Just(0.003),
@@ -102,7 +102,7 @@ prop_compose! {
     }
 }
 
-/// A shaft that turns, so that what looks at motion is reached.
+/// A turning shaft, so that checks of motion are reached.
 fn turning(samples: usize) -> impl Strategy<Value = Vec<i64>> {
     (-500_i64..500, 1_i64..5000).prop_map(move |(speed, range)| {
         (0..samples as i64)

@@ -1,5 +1,5 @@
-//! Findings about the drive, the rows and the counter: each on logs that have the fault, in several forms, and none on sound ones, whatever
-//! effect of the catalogue the motor has.
+//! Findings about the drive, the rows and the counter: each on logs with the fault, in several forms, and none on
+//! valid ones, with any effect of the catalogue.
 
 use motorlab::board::Profile;
 use motorlab::check::{Finding, Kind, Severity, check, samples_named_by_check};
@@ -8,7 +8,7 @@ use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::Run;
 use rand::{RngExt as _, SeedableRng as _};
 
-/// The kinds that this file is about.
+/// The kinds tested in this file.
 const KINDS: [Kind; 7] = [
     Kind::CounterReset,
     Kind::StaleRows,
@@ -31,8 +31,8 @@ fn empty(step_s: f64) -> Run {
     }
 }
 
-/// A first-order motor (16.7 RPM per V, 80 ms, friction of 0.5 V) every `step_s`, under `command` with the drive switched as `is_on` says:
-/// its positions in counts, unrounded.
+/// A first-order motor (16.7 RPM per V, 80 ms, friction of 0.5 V) every `step_s`, under `command` with the drive
+/// switched by `is_on`: its positions in counts, not quantized.
 fn turning(
     step_s: f64,
     samples: usize,
@@ -84,7 +84,7 @@ fn one(run: &Run, kind: Kind) -> Finding {
     found.into_iter().next().expect("one")
 }
 
-/// Rest, then these commands in V for a second and a half each.
+/// Rest, then these commands in V for 1.5 s each.
 fn levels<const N: usize>(levels: [f64; N]) -> impl Fn(f64) -> f64 {
     move |t_s: f64| {
         let place = ((t_s - 0.5) / 1.5).floor();
@@ -136,7 +136,7 @@ fn a_dead_time_of_many_samples_is_a_warning_with_its_length() {
     }
 }
 
-/// A log of speeds alone, summed up backward as an import does.
+/// A log of speeds alone, integrated backward as by an import.
 fn of_speeds(run: &Run, speeds: &[f64]) -> Run {
     let header = "[imported]\nposition = \"integrated from speeds, backward\"\n";
     let mut run = Run {
@@ -185,7 +185,7 @@ fn speeds_between_edges_are_named_whether_0_or_kept() {
             "{found:?}"
         );
     }
-    // The last speed before rest is written for ever.
+    // The last speed before rest is repeated.
     let mut last = 0.0;
     let kept: Vec<f64> = (speeds.iter())
         .map(|v| {
@@ -203,7 +203,7 @@ fn speeds_between_edges_are_named_whether_0_or_kept() {
 fn rows_that_are_stale_after_a_pause_are_named() {
     for (pause_s, stale) in [(0.2, 1), (0.5, 4)] {
         let (mut run, positions) = turning(0.01, 500, levels([6.0, 6.0, 6.0]), |_| true);
-        // The rows of the pause are missing; those after it show what was there when it began.
+        // The rows of the pause are missing; those after it have the values from its start.
         let (from, rows) = (200, (pause_s / 0.01) as usize);
         for k in 0..stale {
             run.counts[from + rows + k] = positions[from - 1].round() as i64;
@@ -238,7 +238,7 @@ fn a_moving_average_is_named_with_its_rows() {
             (found.evidence["rows"] - rows as f64).abs() <= 1.0,
             "{found:?}"
         );
-        // A filter of one time constant is none.
+        // A filter with one time constant is no moving average.
         let keep = (-1.0 / rows as f64 * 2.0).exp();
         let mut last = 0.0;
         let filtered: Vec<f64> = (speeds.iter())
@@ -283,8 +283,8 @@ fn fewer_counts_in_one_direction_are_named_with_their_share() {
     }
 }
 
-/// Each edge of one direction is lost with the same probability. A motor that is as much slower, or a shaft as rough in both
-/// directions, is not that.
+/// Each edge of one direction is lost with the same probability. A motor that is slower by the same share, or a shaft
+/// that is rough in both directions, is distinguished from it.
 #[test]
 fn edges_lost_at_random_in_one_direction_are_named_with_their_share() {
     let mut random = rand_pcg::Pcg64::seed_from_u64(61);
@@ -360,7 +360,7 @@ fn a_counter_that_is_set_to_0_in_mid_run_is_fatal() {
     }
 }
 
-/// No effect of the catalogue is taken for a fault of the recording, at its default strength.
+/// No effect of the catalogue at its default strength is a fault of the recording.
 #[test]
 fn no_effect_of_the_catalogue_is_one_of_these() {
     let mut alarms = Vec::new();

@@ -1,5 +1,5 @@
-//! Findings of `check` by case: every kind on a case of its own, and nothing above a note on sound recordings. Real ones:
-//! tests/check/real.rs.
+//! Findings of `check` by case: every kind on a case of its own, and nothing above a note on valid recordings. Real
+//! ones: tests/check/real.rs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,10 +13,10 @@ use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::{Run, read_run};
 
-/// The sample times of the lab and around it.
+/// Sample times around those of the lab.
 const STEPS_S: [f64; 5] = [0.001, 0.003, 0.01, 0.03, 0.06];
 
-/// A profile through motor and encoder; `uneven` is the share by which steps of time scatter.
+/// A profile through motor and encoder; `uneven` is the jitter of sample times as a share.
 fn simulated(motor: &Motor, profile: &str, step_s: f64, samples: usize, uneven: f64) -> Run {
     let duration_s = step_s * samples as f64;
     let profile =
@@ -41,7 +41,7 @@ fn simulated(motor: &Motor, profile: &str, step_s: f64, samples: usize, uneven: 
     driven(motor, run)
 }
 
-/// The counts that a motor makes of a run's times and commands.
+/// The counts of a motor for a run's times and commands.
 fn driven(motor: &Motor, mut run: Run) -> Run {
     let drive = Drive {
         t_s: &run.t_s,
@@ -63,7 +63,7 @@ fn handout(profile: &str, step_s: f64) -> Run {
     simulated(&Motor::default(), profile, step_s, 1000, 0.0)
 }
 
-/// A case of a kind: its name, the kind, the runs, and whether the motor file is given.
+/// A case: its name, the expected kind, the runs, and whether the motor file is given.
 type Case = (&'static str, Kind, Vec<Run>, bool);
 
 fn changed(run: Run, change: impl Fn(&mut Run)) -> Vec<Run> {
@@ -72,7 +72,7 @@ fn changed(run: Run, change: impl Fn(&mut Run)) -> Vec<Run> {
     vec![run]
 }
 
-/// The command column later (or, with a number below 0, earlier) by so many rows.
+/// The command column delayed (for a negative number, advanced) by this many rows.
 fn shifted(run: Run, rows: isize) -> Vec<Run> {
     changed(run, |run| {
         let last = run.command.len() as isize - 1;
@@ -200,7 +200,7 @@ fn cases() -> Vec<Case> {
             shifted(handout("reversing", 0.03), 1),
             false,
         ),
-        // The shaft passes a twelfth of a count in the first 3 ms: the whole answer tells.
+        // The shaft passes a twelfth of a count in the first 3 ms: the whole response is needed.
         (
             "command two rows late at 3 ms",
             Kind::CommandLate,
@@ -365,7 +365,7 @@ fn every_kind_fires_on_a_case_of_its_own() {
     insta::assert_snapshot!("cases", table);
 }
 
-/// Runs that the project's own raw logs, and its cases of sound recordings, hold.
+/// Runs of the project's raw logs, and its cases of valid recordings.
 fn fixtures() -> Vec<(String, Run)> {
     let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
     let directory = tempfile::tempdir().expect("a directory");
@@ -383,7 +383,7 @@ fn fixtures() -> Vec<(String, Run)> {
         let file = format!("{name}.csv");
         command::run(directory.path(), &["replay", &log, "-o", &file]);
         let (mut run, _) = read_run(&directory.path().join(&file)).expect("a run");
-        // The emulated board's time was held: what the host's clock said then is nothing.
+        // The emulated board's time was held: the host's clock is meaningless.
         if name.starts_with("uno") || name.starts_with("mega") {
             run.host_t_s = None;
         }
@@ -444,14 +444,15 @@ fn nothing_above_a_note_fires_on_sound_recordings() {
     insta::assert_snapshot!("sound", format!("{}{negated}", grouped(&groups)));
 }
 
-/// A motor of first order behind a coarse encoder: counts of a revolution, revolutions a second a volt, time constant in s.
+/// A first-order motor with a coarse encoder: counts of a revolution, revolutions per second per volt, time constant
+/// in s.
 fn coarse(
     profile: &str,
     (counts_per_rev, rev_s_per_v, tau_s): (f64, f64, f64),
     step_s: f64,
     samples: usize,
 ) -> Run {
-    /// Steps of the integration in a sample.
+    /// Integration steps per sample.
     const FINE: usize = 20;
     let supply_v = 6.0;
     let profile = Profile::built_in(profile, supply_v, step_s * samples as f64).expect("a profile");
@@ -506,7 +507,7 @@ fn a_coarse_encoder_under_a_chirp_is_no_drive_that_is_off() {
     assert!(found.is_empty(), "of {runs} runs:\n{found}");
 }
 
-/// How many of these runs are found to be reversed once their counts are negated; at least nineteen in twenty.
+/// Number of these runs that are found to be reversed once their counts are negated; at least nineteen in twenty.
 fn reversed_are_found(sound: &[Run]) -> String {
     let found = sound
         .iter()
@@ -519,7 +520,7 @@ fn reversed_are_found(sound: &[Run]) -> String {
     )
 }
 
-/// A load behind play or a soft coupling lets the motor start sooner than it would with both; nothing but a late column is one.
+/// A load behind play or a soft coupling lets the motor start earlier; only a late column is a late command.
 #[test]
 fn no_effect_is_taken_for_a_late_command() {
     let late = |run: &Run| {

@@ -1,4 +1,4 @@
-//! Findings of `motorlab check`: each kind of finding on a case of its own, and nothing on sound recordings.
+//! Findings of `motorlab check`: each kind of finding on a case of its own, and nothing on valid recordings.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -9,7 +9,7 @@ use motorlab::recording::{Run, write_run};
 
 const SAMPLE_TIME_S: f64 = 0.003;
 
-/// A motor of first order with these commands: 6 rad/s/V, a time constant of 50 ms, 720 counts per revolution.
+/// A first-order motor with these commands: 6 rad/s/V, a time constant of 50 ms, 720 counts per revolution.
 fn turning(command: &[f64]) -> Run {
     let mut run = Run {
         sample_time_s: SAMPLE_TIME_S,
@@ -42,7 +42,6 @@ fn kinds(findings: &[Finding]) -> Vec<Kind> {
     findings.iter().map(|finding| finding.id).collect()
 }
 
-/// Writes a run for a command to read.
 fn written(run: &Run, directory: &Path, name: &str) {
     write_run(run, &directory.join(name)).expect("it can be written");
 }
@@ -125,7 +124,7 @@ fn counts_that_fall_while_the_command_is_positive_are_reversed_on_any_profile() 
             found[0].sentence()
         );
     }
-    // A shaft that turns from the beginning and is braked to rest against its motion, which ends in a little bounce.
+    // A shaft that turns from the beginning and is braked to rest against its motion, with a small bounce.
     let mut braked = turning(&step(600));
     for k in 0..600 {
         let left = (1.0 - k as f64 / 500.0).max(0.0);
@@ -137,7 +136,7 @@ fn counts_that_fall_while_the_command_is_positive_are_reversed_on_any_profile() 
             .iter()
             .all(|f| f.id != Kind::EncoderReversed)
     );
-    // An arm that falls against a weak command, by half a turn and a swing.
+    // An arm that falls against a weak command, by half a turn and its oscillation.
     let mut falls = turning(&step(600));
     for k in 0..600 {
         let swing = (k as f64 / 30.0).cos() * (-(k as f64) / 100.0).exp();
@@ -173,7 +172,7 @@ fn multiples_units_constants_dither_and_motion_before_the_start_are_found() {
     for factor in [2_i64, 4] {
         let mut run = sound.clone();
         for k in 0..600 {
-            // Not all steps alike.
+            // Steps of different sizes.
             run.counts[k] = factor * (run.counts[k] + (k as i64 / 7));
         }
         assert!(found(&run).contains(&Kind::CountsScale), "{factor}");
@@ -294,7 +293,7 @@ fn swapped_wires_stop_a_diagnosis_and_are_said_by_import_and_compare() {
         said.contains("proposes no experiment") && said.contains("scale = -1"),
         "{said}"
     );
-    // All the same: the verdict as computed, marked.
+    // With the flag: the computed verdict, marked.
     let forced = run(&["diagnose", "vs.csv", "--despite-findings", "--json"]);
     let document: serde_json::Value = serde_json::from_slice(&forced.stdout).expect("JSON");
     assert_eq!(document["shape"], "motorlab-diagnosis/3");

@@ -1,4 +1,4 @@
-//! `motorlab check`: what it finds, and what it leaves alone.
+//! `motorlab check`: findings, and none on valid recordings.
 
 #[path = "../support/mod.rs"]
 mod support;

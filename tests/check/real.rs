@@ -1,4 +1,4 @@
-//! Findings of `check` on real recordings, if available: what is documented of them, and nothing else above a note.
+//! Findings of `check` on real recordings, if available: the documented ones, and nothing else above a note.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use motorlab::check::{Kind, check};
 use motorlab::import::{Map, import};
 use motorlab::recording::{Run, read_run};
 
-/// Real recordings by folder, imported with mappings that the project has, or that are made here of what a file's name says.
+/// Real recordings by folder, imported with the project's mappings, or with mappings made from a file's name.
 fn real(folder: &Path) -> BTreeMap<String, Vec<(String, Run)>> {
     let mut found: BTreeMap<String, Vec<(String, Run)>> = BTreeMap::new();
     let list = std::fs::read_to_string("tests/real/recordings.toml").expect("the list");
@@ -139,9 +139,9 @@ fn servos(folder: &Path) -> Vec<(String, Run)> {
     found
 }
 
-/// Documented faults of each folder of real recordings: lost edges, and pauses of a loop that prints; a duty at which the shaft
-/// hardly breaks away; spin-ups of an axis that is held. And what nobody documents and their numbers show: in 15 runs of a servo that
-/// lifts a load the position is -2047 counts for a sample or two, from wherever it is.
+/// Documented faults of each folder of real recordings: lost edges, and pauses of a loop that prints; a duty cycle at
+/// which the shaft hardly breaks away; spin-ups of an axis that is held. And one that is visible in the data only: in
+/// 15 runs of a servo that lifts a load the position is -2047 counts for a sample or two.
 const DOCUMENTED: [(&str, Kind); 5] = [
     ("arm_lost_edges", Kind::EdgesLostAtSpeed),
     ("arm_lost_edges", Kind::GapInTime),

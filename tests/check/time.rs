@@ -1,11 +1,12 @@
-//! Findings of `check` about time and the counter: each kind on a table of cases, and nothing on sound simulations.
+//! Findings of `motorlab check` about time and the counter: each kind on a table of cases, and nothing on valid
+//! simulations.
 
 use motorlab::board::Profile;
 use motorlab::check::{Finding, Kind, Severity, check};
 use motorlab::motor::{Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::Run;
 
-/// A built-in profile through motor and encoder; `uneven` is the share by which steps of time scatter.
+/// A built-in profile through motor and encoder; `uneven` is the jitter of sample times as a share.
 fn simulated(motor: &Motor, profile: &str, step_s: f64, samples: usize, uneven: f64) -> Run {
     let duration_s = step_s * samples as f64;
     let profile =
@@ -153,7 +154,7 @@ fn a_pause_is_found_and_a_counter_that_can_go_round_in_it_unseen_is_fatal() {
     }
 }
 
-/// A shaft of first order whose counter loses edges beyond `rate_hz`: `f / (1 + (f / rate)^8)` are counted.
+/// A first-order shaft whose counter loses edges beyond `rate_hz`: `f / (1 + (f / rate)^8)` are counted.
 fn losing(command_v: f64, rate_hz: f64) -> Run {
     let mut run = Run {
         sample_time_s: 0.005,

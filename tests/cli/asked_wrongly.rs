@@ -1,4 +1,4 @@
-//! Small things that are refused, or said shortly: each with its exit status, and what to do.
+//! Wrong use that is refused: exit status, and remedy.
 
 use std::path::Path;
 
@@ -146,7 +146,7 @@ fn a_second_blind_run_on_the_same_set_is_refused() {
     let refused = |done: &crate::support::command::Finished| {
         done.status == Some(2) && done.messages.contains("another `blind run` is running")
     };
-    // One may be done before the other begins; then that has nothing left to do.
+    // One may be finished before the other begins; then that has nothing left to do.
     assert!(
         ended
             .iter()
@@ -178,7 +178,7 @@ fn a_capture_that_is_stopped_before_the_board_speaks_prints_a_document() {
     assert_eq!(document["error"]["kind"], "stopped");
 }
 
-/// Every command that is given a file which is not there says what there is instead.
+/// Every command with a missing file names similar files.
 #[test]
 fn a_missing_file_is_reported_with_similar_names() {
     let folder = tempfile::tempdir().expect("a folder");

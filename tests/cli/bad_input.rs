@@ -1,4 +1,4 @@
-//! Bad files and wrong use: what is wrong, where it is, what to do, and status 2.
+//! Invalid files and wrong use: error, place, remedy, and status 2.
 
 use std::path::Path;
 
@@ -109,7 +109,7 @@ fn a_gap_above_the_limit_is_status_one() {
     let bad = compare(&["--motor", "heavy.toml"]);
     assert_eq!(bad.status, Some(1));
     assert!(bad.messages.contains("above --fail-above 1"));
-    // The document is whole either way.
+    // The document is complete in both cases.
     let document: serde_json::Value = serde_json::from_str(&bad.output).expect("one document");
     assert_eq!(document["shape"], "motorlab-comparison/1");
     let figures = document["runs"][0].as_object().expect("an object");

@@ -1,4 +1,4 @@
-//! Names that shells complete, by bash, fish and zsh themselves, and `motorlab names`.
+//! Names that shells complete, by bash, fish and zsh, and `motorlab names`.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -9,7 +9,7 @@ use motorlab::board::BUILT_IN;
 use motorlab::motor::catalogue::catalogue;
 use serde_json::Value;
 
-/// Proposals of a shell after this line.
+/// Proposals of a shell for this line.
 type Proposed = fn(&Path, &str) -> Vec<String>;
 
 fn in_bash(script: &Path, line: &str) -> Vec<String> {
@@ -28,7 +28,7 @@ fn in_fish(script: &Path, line: &str) -> Vec<String> {
     words.map(str::to_owned).collect()
 }
 
-/// As zsh's completion calls the script's function, with what it would show printed.
+/// Calls the script's function as zsh's completion does, and prints its proposals.
 fn in_zsh(script: &Path, line: &str) -> Vec<String> {
     let asked = r#"
         compdef() { : }
@@ -75,7 +75,7 @@ fn shells_complete_profiles_columns_and_effects() {
         let done = run(keep.path(), &["completions", shell]);
         let script = keep.path().join("motorlab.script");
         std::fs::write(&script, done.output).expect("written");
-        // Behind the last break of the word, which `@` and `:` are to bash: it has the rest.
+        // The text after the word's last break, which `@` and `:` are in bash, is completed.
         let kept = |word: &str, rest: &str| {
             if shell == "bash" {
                 rest.to_owned()
@@ -128,7 +128,7 @@ fn shells_complete_profiles_columns_and_effects() {
     }
 }
 
-/// Particularities of bash: words that it breaks, words in quotes, and what the generated script knows.
+/// Special cases of bash: broken words, quoted words, and completions of the generated script.
 #[test]
 fn bash_completes_the_words_that_it_breaks() {
     if Command::new("bash").arg("--version").output().is_err() {

@@ -1,13 +1,14 @@
-//! `motorlab.toml` beside the runs: its flags are taken and said, explicit ones win, and what is wrong in it is said.
+//! `motorlab.toml` beside the runs: its flags are used and reported, explicit ones take precedence, and errors in it
+//! are reported.
 
 use std::fs;
 use std::path::Path;
 
 use crate::support::command::{Finished, RunFile, run};
 
-/// A log that needs a supply to be understood.
+/// A log that needs a supply.
 const LOG: &str = include_str!("../../docs/tutorial/log.csv");
-/// A motor of which no other file speaks, for `compare` to say.
+/// A motor that no other file has.
 const MOTOR: &str = "resistance_ohm = 9.0\n";
 
 /// A folder `runs` with a log, a run of it and this configuration file.
@@ -126,7 +127,7 @@ fn explicit_flags_win_and_no_config_leaves_it_out() {
         !said.contains("motorlab.toml") && said.contains("--supply"),
         "{said}"
     );
-    // A mapping file says everything about its log.
+    // A mapping file describes its log completely.
     let save = [
         "import",
         "runs/log.csv",
@@ -150,7 +151,7 @@ fn it_is_not_looked_for_in_parents_nor_elsewhere() {
     fs::create_dir(&inner).expect("a folder");
     fs::write(inner.join("log.csv"), LOG).expect("a file");
     let runs = folder.path().join("runs");
-    // Neither from the parent of the log's folder, nor from the working folder where a log is named.
+    // Neither from the parent of the log's folder, nor from the working folder if a log is named.
     for place in [folder.path(), runs.as_path(), inner.as_path()] {
         let said = refused(
             place,

@@ -1,4 +1,4 @@
-//! Every error of wrong use or bad input says what to do, in a line `hint: ...` and in the document's `remedy`.
+//! Every error of wrong use or invalid input has a remedy, in a line `hint: ...` and in the document's `remedy`.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::support::command::run;
 
 const RUN: &str = "# counts_per_rev = 720\nt_s,command_v,counts\n";
 
-/// Files that the calls below are given.
+/// Files for the calls below.
 const FILES: &[(&str, &str)] = &[
     ("empty.csv", ""),
     ("prose.txt", "Dear reader,\nthis is a letter.\n"),
@@ -51,7 +51,7 @@ const FILES: &[(&str, &str)] = &[
     ("there.html", "a page of another program\n"),
 ];
 
-/// Wrong uses, each a command line.
+/// Command lines of wrong use.
 const WRONG: &[&str] = &[
     "captur virtual:",
     "banana",
@@ -138,7 +138,7 @@ const WRONG: &[&str] = &[
     "flash no-such-port --hex no-such.hex",
 ];
 
-/// The messages of one call, with `--json` its document, and whether both have a hint.
+/// The messages of one call and its document with `--json`, unless both have a hint.
 fn lacks_hint(folder: &Path, line: &str) -> Option<String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let said = run(folder, &words);
@@ -204,9 +204,9 @@ fn a_hint_is_the_last_line_and_is_said_once() {
     );
 }
 
-/// Errors without a hint of their own, each with why.
+/// Errors without a hint, with the reason.
 const WITHOUT: &[(&str, &str)] = &[
-    // Reasons in a list of rows that were left out; the error of the whole log has the hint.
+    // Reasons in a list of skipped rows; the error of the whole log has the hint.
     ("src/import/error.rs", "the line is longer than"),
     ("src/import/error.rs", "cells where the columns are"),
     ("src/import/error.rs", "is not a finite number"),
@@ -220,9 +220,9 @@ const WITHOUT: &[(&str, &str)] = &[
         "src/import/error.rs",
         "in SI is {value}, which lies outside",
     ),
-    // The error of the system that caused it has the hint.
+    // The system error that caused it has the hint.
     ("src/board/profile.rs", "cannot read the profile"),
-    // Nothing that a user could change: the program made the header.
+    // Not correctable by a user: the program made the header.
     (
         "src/recording/write_error.rs",
         "the run's header is no TOML",
@@ -252,7 +252,7 @@ fn error_texts(source: &str) -> Vec<String> {
     found
 }
 
-/// Ends of texts that are another error's, or a function's that gives the hint.
+/// Ends of texts that are another error's, or a function's with the hint.
 const DELEGATED: &[&str] = &[
     "{source}",
     "{error}",

@@ -1,4 +1,4 @@
-//! Nothing that comes from a file or a device becomes markup in a page, or steers a terminal.
+//! No text from a file or a device becomes markup in a page, or controls a terminal.
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use crate::support;
 use crate::support::command::run;
 use motorlab::board::{IdealBench, VirtualBoard, VirtualBoardOptions};
 
-/// Ends an attribute, a tag, a script and a style, and begins others.
+/// Closes an attribute, a tag, a script and a style, and opens others.
 const HOSTILE: &str = "\"'></script></style><script>alert(1)</script><img src=x onerror=alert(2)>";
 
 /// Every page and drawing beneath `directory`.
@@ -24,7 +24,7 @@ fn pages(directory: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The texts are there, but not as markup: no tag begins in them, and no quotation mark ends.
+/// The texts are present, but not as markup: no tag begins in them, and no quotation mark ends.
 fn are_harmless(pages: &[PathBuf], word: &str) {
     let mut told = false;
     for page in pages {
@@ -41,7 +41,7 @@ fn are_harmless(pages: &[PathBuf], word: &str) {
 #[test]
 fn texts_of_files_are_escaped_in_every_page() {
     let directory = tempfile::tempdir().expect("a directory");
-    // No slash fits into a file's name.
+    // A file name has no slash.
     let name = format!("{}.csv", HOSTILE.replace('/', ""));
     let simulated = ["simulate", "--duration", "1.5", "-o", "run.csv"];
     assert_eq!(run(directory.path(), &simulated).status, Some(0));
@@ -132,7 +132,7 @@ fn a_name_of_several_lines_is_one_line_wherever_it_is_shown() {
     }
     let compared = run(directory.path(), &["compare", name]);
     assert!(compared.output.contains(shown), "{}", compared.output);
-    // A profile's name goes into the header of a run.
+    // A profile's name is written into the header of a run.
     let profile = "p\ncomplete = true\n.csv";
     std::fs::write(
         directory.path().join(profile),
@@ -154,11 +154,11 @@ fn a_name_of_several_lines_is_one_line_wherever_it_is_shown() {
     assert_eq!(keys.count(), 1, "{text}");
 }
 
-/// Begins a line of its own, steers the terminal and turns the direction of reading.
+/// A line break, terminal control sequences and a change of the writing direction.
 const FORGED: &str = "a\nerror: forged\t\u{1b}[2J\u{202e}b";
 
-/// Calls of every command with names of that kind: `{gone}` is not there, `{bad}` is a file that means nothing, `{run}` a run,
-/// `{log}` a raw log, `{plain}` a log of another program, `{motor}` a motor file and `{folder}` a folder.
+/// Calls of every command with such names: `{gone}` is missing, `{bad}` is an invalid file, `{run}` a run, `{log}` a
+/// raw log, `{plain}` a log of another program, `{motor}` a motor file and `{folder}` a folder.
 const CALLS: &[&str] = &[
     "ports {gone}",
     "capture {gone}",
@@ -273,7 +273,7 @@ const CALLS: &[&str] = &[
     "tabulate {gone}",
 ];
 
-/// Files of each kind under such a name, by what stands for them in [`CALLS`].
+/// Files of each kind under such a name, by the placeholder in [`CALLS`].
 fn forged_files(directory: &Path) -> Vec<(&'static str, String)> {
     let kinds = ["gone", "bad", "run", "log", "plain", "motor", "folder"];
     let named: Vec<_> = kinds
@@ -297,7 +297,7 @@ fn forged_files(directory: &Path) -> Vec<(&'static str, String)> {
     let done = run(directory, &[&capture[..], &outputs].concat());
     assert_eq!(done.status, Some(0), "{}", done.messages);
     let raw = std::fs::read_to_string(directory.join("raw.log")).expect("a log");
-    // Its last lines mean nothing: that is said with the names of the log and of the run.
+    // Its last lines are invalid, which is reported with the names of the log and of the run.
     put("log", &format!("{raw}nothing\nnothing\n"));
     named
 }

@@ -12,7 +12,7 @@ use motorlab::recording::{ReadProblem, read_run_from};
 const HEADER: &str = "# format = \"motorlab-run/1\"\n# sample_time_s = 0.003\n# counts_per_rev = 720\n# supply_v = 4.5\n# complete = true\n";
 const COLUMNS: &str = "t_s,command_v,counts\n";
 
-/// Runs the command with 1 GB of address space at most, as the shell's `ulimit -v` grants it.
+/// Runs the command with at most 1 GB of address space (`ulimit -v`).
 fn in_a_gigabyte(directory: &Path, arguments: &[&str]) -> Finished {
     let child = Command::new("sh")
         .args(["-c", "ulimit -v 1000000; exec \"$0\" \"$@\""])
@@ -42,7 +42,7 @@ fn readers(file: &str) -> Vec<Vec<&str>> {
     ]
 }
 
-/// Bad input, said in a message of a few lines that names it.
+/// Invalid input is reported in a message of a few lines that names it.
 fn is_refused(done: &Finished, arguments: &[&str], named: &str) {
     let messages = &done.messages;
     assert_eq!(done.status, Some(2), "{arguments:?}: {messages}");
@@ -64,7 +64,7 @@ fn a_file_without_an_end_or_of_one_long_line_is_refused() {
             is_refused(&done, &arguments, file);
         }
     }
-    // A device that is no serial port.
+    // A device that is not a serial port.
     let arguments = ["capture", "/dev/zero"];
     let done = in_a_gigabyte(directory.path(), &arguments);
     is_refused(&done, &arguments, "not a serial port");
@@ -121,7 +121,7 @@ fn numbers_at_the_edge_of_what_can_be_written_make_no_panic() {
     }
 }
 
-/// Makes a FIFO and writes into it until nobody reads any more.
+/// Makes a FIFO and writes into it until its reader has closed it.
 fn a_fifo(path: &Path, mut write: impl FnMut(&mut File) -> io::Result<()> + Send + 'static) {
     let made = Command::new("mkfifo").arg(path).status();
     assert!(made.is_ok_and(|status| status.success()));
@@ -165,7 +165,7 @@ fn a_gigabyte_of_rows_is_refused_at_five_million() {
     is_refused(&done, &["compare"], "more than 5000000 rows");
 }
 
-/// `count` times the same bytes, without holding them.
+/// `count` repetitions of the same bytes, without storing them.
 struct Repeated {
     bytes: Vec<u8>,
     at: usize,

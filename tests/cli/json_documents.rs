@@ -18,7 +18,7 @@ fn schema(name: &str) -> Value {
     serde_json::from_str(&text).expect("a schema is JSON")
 }
 
-/// The document fits its schema, and what is spoilt of it does not.
+/// The document satisfies its schema, and corrupted copies of it do not.
 fn fits(name: &str, document: &Value) {
     let schema = schema(name);
     assert_eq!(faults(&schema, document), [""; 0], "{name}");
@@ -48,7 +48,7 @@ fn document(finished: &Finished) -> Value {
     serde_json::from_str(&finished.output).unwrap_or_else(|error| panic!("{error}: {finished:?}"))
 }
 
-/// Runs the words with `--json` in a folder: the document fits, and is handed back.
+/// Runs the words with `--json` in a folder; checks the document and returns it.
 fn prints(here: &Path, name: &str, words: &str) -> Value {
     let mut words: Vec<&str> = words.split_whitespace().collect();
     words.push("--json");
@@ -102,7 +102,7 @@ fn every_schema_is_listed_and_printed_as_it_is_in_the_project() {
 
 #[test]
 fn every_key_is_described_and_every_key_with_a_unit_says_it_in_words() {
-    /// Endings of names, with what a description has to hold.
+    /// Endings of names, with what a description has to contain.
     const UNITS: [(&str, &str); 9] = [
         ("_s", " s"),
         ("_rad", "rad"),
@@ -250,7 +250,7 @@ fn capture_and_import_print_documents() {
         "import log.csv --counts-per-rev 720 --supply 4.5",
     );
     assert_eq!(imported["bad_rows"], 1, "{imported}");
-    // The port of a board that continues until it is stopped.
+    // The port of a board that runs until it is stopped.
     let mut board = start(here, &["virtual", "virtual:?speed=max", "--json"]);
     let mut text = String::new();
     let mut output = board.stdout.take().expect("a pipe");
@@ -341,7 +341,7 @@ fn blind_commands_print_documents() {
     fs::write(here.join("fixed"), script).expect("a script");
     fs::set_permissions(here.join("fixed"), fs::Permissions::from_mode(0o755)).expect("executable");
     prints(here, "simulation", "simulate -o mine.csv");
-    // `make` prints the same of cases that it simulates, which takes seconds.
+    // `make` prints the same for simulated cases, which takes seconds.
     for label in ["inertia", "none", "outside:felt"] {
         let words = format!("blind seal mine.csv --label {label} --into set");
         prints(here, "blind-sealed", &words);

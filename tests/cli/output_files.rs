@@ -1,11 +1,10 @@
-//! No output destroys what another command or a person wrote, and every failure is a document with `--json`.
+//! No output replaces a file of another command or a person, and every failure is a document with `--json`.
 
 use std::fs;
 use std::path::Path;
 
 use crate::support::command::run;
 
-/// A folder with a recording and a motor file.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let made = run(
@@ -21,7 +20,7 @@ fn read(folder: &Path, name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).expect("a file")
 }
 
-/// Nothing else than what was there lies in the folder.
+/// No temporary files remain in the folder.
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(folder)
         .expect("a folder")
@@ -37,7 +36,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// The arguments of every command that writes what it is told to, with `{}` for the file.
+/// The arguments of every command with an output file, with `{}` for the file.
 const WRITERS: [&[&str]; 8] = [
     &[
         "compare",
@@ -363,7 +362,7 @@ fn a_long_name_gives_a_short_message() {
     assert!(done.messages.len() < 4000 && !done.messages.contains('\u{202e}'));
 }
 
-/// Files of an earlier call after one that fails.
+/// Files of an earlier call are kept if the next one fails.
 #[cfg(unix)]
 #[test]
 fn a_demo_that_fails_leaves_the_runs_of_the_earlier_one() {
@@ -394,7 +393,7 @@ fn a_demo_that_fails_leaves_the_runs_of_the_earlier_one() {
     assert_ne!(before.1, read(&demo, "step30.csv"));
 }
 
-/// A simulated run takes the next free name, and with `--force` the place of the run; never that of the profile that it follows.
+/// A simulated run takes the next free name, and with `--force` the place of the run, but never that of its profile.
 #[test]
 fn a_simulated_run_replaces_another_by_force_alone() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -1,4 +1,4 @@
-//! A recording and a simulation are as long as the profile says that they play, unless the call says otherwise.
+//! A recording and a simulation are as long as the profile, unless the call states a duration.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,10 @@ use motorlab::board::BUILT_IN;
 
 use crate::support::command::{RunFile, run};
 
-/// Sample time in s, as the calls name it.
+/// Sample time in s, as an argument.
 const TS: &str = "0.003";
 
-/// Length in s of what a command wrote: its samples times the sample time. A simulation has a sample at both ends.
+/// Duration in s of a written run: its samples times the sample time. A simulation has a sample at both ends.
 fn length_s(here: &Path, words: &[&str]) -> f64 {
     let file = here.join("run.csv");
     let _ = fs::remove_file(&file);
@@ -56,7 +56,7 @@ fn a_file_is_played_to_its_last_row_and_the_call_goes_before() {
         (&["--profile", "chirp"], 2.0),
     ] {
         let found_s = length_s(here, &[&["simulate"], asked].concat());
-        // To a whole number of samples.
+        // Up to a whole number of samples.
         assert!(
             (found_s - expected_s).abs() < 0.5 * 0.003,
             "{asked:?}: {found_s} s"

@@ -1,4 +1,4 @@
-//! `--threads N`: the same answer to the bit for every N.
+//! `--threads N`: bitwise the same answer for every N.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::support::command::run;
 use serde_json::Value;
 
-/// Commands that compute nothing that goes over threads.
+/// Commands that do not compute in parallel.
 const WITHOUT: [&str; 15] = [
     "ports",
     "replay",
@@ -30,13 +30,13 @@ fn words(text: &str) -> Vec<&str> {
     text.split_whitespace().collect()
 }
 
-/// Seals have a salt, drawn anew each time.
+/// Seals have a random salt.
 const SALTED: [&str; 2] = ["out/labels.json", "out/set/manifest.json"];
 
-/// Of the line of a page that states a duration.
+/// Start of the line of a page with a duration.
 const DURATION: &str = "The diagnosis took ";
 
-/// Everything in a folder, by its path there, without durations.
+/// Everything in a folder by path, without durations.
 fn files(folder: &Path, at: &str, found: &mut BTreeMap<String, Vec<u8>>) {
     for entry in fs::read_dir(folder.join(at)).expect("a folder") {
         let entry = entry.expect("an entry");
@@ -57,7 +57,7 @@ fn files(folder: &Path, at: &str, found: &mut BTreeMap<String, Vec<u8>>) {
     }
 }
 
-/// Output of the words and files in the folder `out`, without durations.
+/// Output of the command and files in the folder `out`, without durations.
 fn answer(here: &Path, text: &str, threads: &str) -> (String, BTreeMap<String, Vec<u8>>) {
     let done = run(
         here,
@@ -73,7 +73,7 @@ fn answer(here: &Path, text: &str, threads: &str) -> (String, BTreeMap<String, V
         files(here, "out", &mut written);
         fs::remove_dir_all(here.join("out")).expect("removed");
     }
-    // Numbers are printed so that they are read as the same bits.
+    // Numbers are printed so that they read back bitwise.
     (document.to_string(), written)
 }
 
@@ -81,7 +81,7 @@ fn answer(here: &Path, text: &str, threads: &str) -> (String, BTreeMap<String, V
 fn one_thread_and_more_come_to_the_same_bits() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
-    // A cause to be found, late samples and a random load: whatever is drawn or added up is drawn and added up.
+    // An effect, late samples and a random load: everything that is drawn or summed in parallel.
     let motor = "[effects.backlash]\ngap_rad = 0.03\n[effects.sample_jitter]\nspread_s = 0.002\n";
     fs::write(here.join("played.toml"), motor).expect("written");
     let simulate = "simulate --profile reversing --duration 3 --ts 0.01 --motor played.toml";

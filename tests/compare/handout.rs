@@ -1,4 +1,4 @@
-//! The simulator against the lab handout's closed forms and SciPy, and `compare` on runs made of them.
+//! The simulator against the lab handout's closed forms and SciPy, and `compare` on runs made from them.
 
 use motorlab::compare::{FLOOR_COUNTS, compare};
 use motorlab::motor::{Drive, Model, Motor, SimulationOptions, simulate};
@@ -70,7 +70,7 @@ fn the_handouts_five_curves_are_those_of_the_references() {
     }
 }
 
-/// A run whose counts are those of a SciPy trajectory, read by an encoder of 720 counts.
+/// A run with the counts of a SciPy trajectory, read by an encoder of 720 counts.
 fn recorded(start_fraction: f64) -> Run {
     let [t_s, _, angle] = reference("first_order_coulomb");
     let rows = (0..t_s.len()).step_by(30);
@@ -93,7 +93,7 @@ fn a_run_of_the_same_motor_is_met_down_to_the_encoders_rounding() {
         let overlay = compare(&recorded(start), &Motor::default(), Model::FirstOrder).unwrap();
         let error = overlay.figures.position_rmse_counts;
         assert!((error / FLOOR_COUNTS - 1.0).abs() < 0.1, "{start}: {error}");
-        // Where the two encoders are in step, their speeds are the same number, by the same rule.
+        // If the two encoders are in phase, their speeds are identical.
         let same = overlay
             .recorded_speed_rad_s
             .iter()
@@ -116,8 +116,8 @@ fn a_motor_without_its_friction_leaves_a_gap_that_shows() {
 
 #[test]
 fn recorder_and_simulator_give_the_same_speed_for_the_same_counts() {
-    // The writer's column and the comparison's both come from counts by one function; a run written and
-    // compared with itself must agree to the last bit.
+    // The writer's column and the comparison's are computed by one function: a run compared with itself agrees
+    // bitwise.
     let mut run = recorded(0.5);
     run.header.insert("sample_time_s".into(), 0.003.into());
     run.header.insert("counts_per_rev".into(), 720.into());

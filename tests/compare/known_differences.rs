@@ -1,4 +1,4 @@
-//! A run is simulated with its known differences: several configurations of one axis are one fit.
+//! Runs are simulated with their known differences: several configurations of one axis are one fit.
 
 use motorlab::compare::compare;
 use motorlab::diagnose::{Options, diagnose, nominal_fit};
@@ -40,7 +40,7 @@ fn left(run: &Run, motor: &Motor) -> f64 {
     laid.figures.position_rmse_counts
 }
 
-/// Quantization error, and a margin for the start inside a count.
+/// Quantization error, and a margin for the initial fraction of a count.
 const FLOOR_COUNTS: f64 = 0.31;
 
 #[test]
@@ -85,8 +85,8 @@ fn a_battery_that_drifts_is_no_gap_where_it_was_measured() {
     assert!(after < FLOOR_COUNTS, "{after}");
 }
 
-/// Volts and counts alone tell no torque. A known load does: `R/Kt` is found from a motor file that is half as much again off, with a
-/// disc as well, and a fit without a motor file finds it too.
+/// Voltage and counts alone determine no torque. A known load does: `R/Kt` is found from a motor file that is wrong
+/// by half, with a disc as well, and in a fit without a motor file.
 #[test]
 fn a_known_load_or_disc_tells_the_torque_constant() {
     let mut strong = Motor::default();

@@ -26,8 +26,8 @@ fn separation(found: &Value, truth: &str, rival: &str) -> f64 {
     d.as_f64().expect("a number")
 }
 
-/// In one direction at constant command Coulomb friction and a voltage drop are the same equation
-/// (`Kt/R (u - Vd - Kb w) - Tf`), and one level cannot tell a sagging supply from resistance.
+/// In one direction at constant command Coulomb friction and a voltage drop are the same equation (`Kt/R (u - Vd - Kb
+/// w) - Tf`), and one level does not separate supply sag from resistance.
 #[test]
 fn effects_equivalent_in_one_direction_are_not_separated() {
     let step = matrix("--profile step --ts 0.03 --duration 4");
@@ -42,7 +42,7 @@ fn effects_equivalent_in_one_direction_are_not_separated() {
     );
 }
 
-/// Ten times as many samples of the same motion have a tenth of the rounding's variance.
+/// Ten times as many samples of the same motion reduce the variance of quantization to a tenth.
 #[test]
 fn a_shorter_sample_time_separates_more() {
     let slow = matrix("--profile square --ts 0.03 --duration 3");
@@ -56,7 +56,7 @@ fn nothing_is_seen_at_rest() {
     let rest = matrix("--profile rest --ts 0.03 --duration 2");
     let seen = rest["effects"].as_array().expect("effects").len() - 1;
     let unseen = rest["cannot_see"].as_array().expect("a list").len();
-    // A hanging load alone turns a resting motor.
+    // Only a hanging load turns a resting motor.
     assert!(unseen >= seen - 1, "{}", rest["cannot_see"]);
 }
 

@@ -1,4 +1,4 @@
-//! Record, diagnose, record what is proposed, diagnose: where proposed recordings lead from one short step.
+//! Recording, diagnosis, proposed recording, diagnosis: starting from one short step.
 
 use motorlab::board::Profile;
 use motorlab::diagnose::{Diagnosis, KnownChange, Options, Verdict, diagnose};
@@ -6,12 +6,12 @@ use motorlab::motor::catalogue::ActiveEffect;
 use motorlab::motor::{CommandKind, Drive, KnownDifferences, Motor, SimulationOptions, simulate};
 use motorlab::recording::Run;
 
-/// Most recordings beyond the first.
+/// Most recordings after the first.
 const ROUNDS: usize = 3;
 /// Sample time in s.
 const SAMPLE_TIME_S: f64 = 0.03;
 
-/// Records a profile with what is changed on the bench; where in a count the shaft starts differs from run to run.
+/// Records a profile with a change on the bench; the initial fraction of a count differs between runs.
 fn record(motor: &Motor, profile: &Profile, change: Option<&KnownChange>, fraction: f64) -> Run {
     let mut known = KnownDifferences::default();
     if let Some(change) = change {
@@ -47,7 +47,7 @@ fn record(motor: &Motor, profile: &Profile, change: Option<&KnownChange>, fracti
     }
 }
 
-/// Whether a diagnosis names the truth, or a class that it belongs to, and nothing else.
+/// Whether a diagnosis names the truth, or its class, and nothing else.
 fn is_right(found: &Diagnosis, truth: &str) -> bool {
     let stands_for = |effect: &str| {
         let classes = found.classes.iter();
@@ -87,7 +87,7 @@ fn diagnoses(truth: &str, values: &[f64], duration_s: f64) -> Vec<Diagnosis> {
     all
 }
 
-/// Of eight truths on a first step, most are named in the end, and none is ever contradicted with confidence.
+/// Of eight truths on a first step, most are named in the end, and none is contradicted with confidence.
 #[test]
 fn proposed_recordings_lead_to_the_truth() {
     let truths: [(&str, &[f64]); 8] = [

@@ -1,4 +1,4 @@
-//! A known change on the bench that a diagnosis asks for is said with what is to be done, and what `diagnose` is to be told of it.
+//! A proposed known change on the bench is printed with its instructions and with the flag for `diagnose`.
 
 use std::fs;
 
@@ -21,7 +21,7 @@ fn a_known_load_is_said_with_its_flag() {
     );
 }
 
-/// With the flag the load is part of the model, without it a gap.
+/// With the flag the load is part of the model, without it there is a gap.
 #[test]
 fn a_known_load_is_no_gap() {
     let keep = tempfile::tempdir().expect("a directory");

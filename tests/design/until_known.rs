@@ -1,4 +1,4 @@
-//! `capture --until-known`: what it records, when it ends, and what it leaves behind.
+//! `capture --until-known`: its recordings, its end, and its files.
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader};
@@ -18,7 +18,8 @@ fn until_known(here: &Path, port: &str, more: &[&str]) -> Finished {
     run(here, &[&arguments, more].concat())
 }
 
-/// The virtual board's effect is named, every run is whole, and `diagnose` as it is printed says the same of the files.
+/// The virtual board's effect is named, every run is complete, and the printed `diagnose` command gives the same
+/// result for the files.
 fn settles(effect: &str) {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
@@ -62,7 +63,7 @@ fn driving_free_at_zero_is_known() {
     settles("coast_at_zero");
 }
 
-/// On a port as a board has one: a pseudo-terminal that stays plugged in. Existing devices stay.
+/// On a port as a board's: a pseudo-terminal that stays plugged in. Existing devices stay.
 #[test]
 fn a_port_is_recorded_from_again_and_no_file_is_overwritten() {
     let keep = tempfile::tempdir().expect("a folder");
@@ -86,7 +87,7 @@ fn a_port_is_recorded_from_again_and_no_file_is_overwritten() {
             .as_deref(),
         Some("mine")
     );
-    // A step of one voltage leaves a dead zone open: it is recorded once more, from the same board.
+    // A step of one voltage does not determine a dead zone: it is recorded once more, from the same board.
     assert_eq!(found["rounds"][1]["path"], "run-4.csv", "{found:#}");
 }
 

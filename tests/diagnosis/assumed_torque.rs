@@ -1,4 +1,4 @@
-//! Where neither the resistance nor the torque constant is known, nothing is shown in units that need them.
+//! Without a known resistance or torque constant, nothing is shown in units that need them.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 /// Units and symbols of an assumed resistance or torque constant.
 const ASSUMED: [&str; 8] = ["N m", "mN", "kg m", "ohm", "Ohm", "\u{3a9}", "Kt", "_nm"];
 
-/// A run of the handout's motor under a constant load, and the same as another program would have written it.
+/// A run of the handout's motor under a constant load, and the same in the format of another program.
 fn record(folder: &Path) {
     let motor = "[effects.constant_load]\ntorque_nm = 0.03\n";
     std::fs::write(folder.join("loaded.toml"), motor).expect("room");
@@ -29,7 +29,7 @@ fn record(folder: &Path) {
     std::fs::write(folder.join("log.csv"), log).expect("room");
 }
 
-/// The texts of a page: without styles, scripts and the packed values of its pictures.
+/// The texts of a page, without styles, scripts and the packed values of its figures.
 fn texts(page: &str) -> String {
     let mut text = page.to_owned();
     for (open, close) in [
@@ -49,7 +49,7 @@ fn texts(page: &str) -> String {
     plain(&text)
 }
 
-/// A text without the one word that is meant.
+/// A text without the one allowed word.
 fn plain(text: &str) -> String {
     text.replace('\u{a0}', " ")
         .replace("ohmmeter", "meter")
@@ -94,7 +94,7 @@ fn without_a_known_torque_nothing_is_in_newton_metres_or_ohms() {
         }
         assert!(page.contains("steady speed per volt") && page.contains("rad/s/V"));
         assert!(page.contains("residual voltage (mV)"));
-        // The torque of the effect is there, in V.
+        // The torque of the effect is present, in V.
         let mut causes = document["causes"].as_array().expect("a list").iter();
         let load = causes.find(|cause| cause["effect"] == "constant_load");
         let load = &load.expect("a load")["parameters"]["torque_nm"]["in_command"];
@@ -106,7 +106,7 @@ fn without_a_known_torque_nothing_is_in_newton_metres_or_ohms() {
             "{shown}"
         );
     }
-    // The same recording beside a motor file, which states them.
+    // The same recording with a motor file, which states them.
     let (document, page, _) = diagnosed(keep.path(), &["run.csv", "--motor", "motor.toml"]);
     assert!(page.contains("residual torque (mN m)") && page.contains("resistance_ohm"));
     assert!(

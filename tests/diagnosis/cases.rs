@@ -1,5 +1,6 @@
-//! The folders of `fixtures/cases/diagnosis`, each with the right answer of its README as far as `import` and `check` give it.
-//! `us_named_ms`, `label_overrides_columns` and `dash_and_rpm_hint` hold what a board prints: tests/recorder/text_boards.rs.
+//! The folders of `fixtures/cases/diagnosis`, each with the right answer of its README as far as `import` and `check`
+//! give it. Output of boards (`us_named_ms`, `label_overrides_columns` and `dash_and_rpm_hint`):
+//! tests/recorder/text_boards.rs.
 
 use std::fs;
 use std::path::Path;
@@ -47,7 +48,7 @@ fn ids(found: &[(String, String)]) -> Vec<&str> {
 fn stamps_of_a_terminal_and_dates_are_times() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
-    // A log of three lines without names is none of two.
+    // A log with three columns without names is not one with two.
     let done = import(
         path,
         "monitor_log_import/ard.txt",
@@ -248,7 +249,7 @@ fn sound_steps_and_first_order_motors_have_no_finding_above_a_note() {
     assert!(!done.output.contains("warning"), "{}", done.output);
 }
 
-/// The logs of the cases as a new user has them: no mapping, and what they do not say said by flags.
+/// The logs of the cases without a mapping, with missing facts given by flags.
 #[test]
 fn the_logs_of_the_cases_are_read_without_a_mapping() {
     let directory = tempfile::tempdir().expect("a directory");
@@ -299,7 +300,7 @@ fn the_logs_of_the_cases_are_read_without_a_mapping() {
         1,
     );
     assert_eq!(file.summary("lost_in_pauses"), 199);
-    // A clock that continues by 3 counts ms: no further facts are needed, and there is no finding.
+    // A clock with steps of 3 counts ms: no further facts are needed, and there is no finding.
     let flags = [
         "--command",
         "u:V",

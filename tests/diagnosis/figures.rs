@@ -1,8 +1,8 @@
-//! Figures of a sentence, and whether the document has them.
+//! Figures of a sentence, and whether the document contains them.
 
 use serde_json::Value;
 
-/// Numbers of the document that a sentence may print: not those of the search, which are so many that any number is near one.
+/// Numbers of the document that a sentence may print, without those of the search, which are too many for a test.
 pub fn printable(document: &Value) -> Vec<f64> {
     let mut document = document.clone();
     let map = document.as_object_mut().expect("an object");
@@ -17,7 +17,7 @@ pub fn printable(document: &Value) -> Vec<f64> {
     }
     let mut found = Vec::new();
     numbers(&document, &mut found);
-    // One sum of the document: the share of the regime that has most of the unexplained error.
+    // One sum of the document: the share of the regime with most of the unexplained error.
     let share = |step: &Value| step["share"].as_f64().expect("a share");
     let regions = document["unexplained"]["regions"]
         .as_array()
@@ -40,7 +40,7 @@ fn numbers(value: &Value, into: &mut Vec<f64>) {
     }
 }
 
-/// Figures of a sentence, its commands left out, that are no rounded number of the document.
+/// Figures of a sentence, without its commands, that are no rounded number of the document.
 pub fn unknown_figures(sentence: &str, known: &[f64]) -> Vec<String> {
     let text: Vec<&str> = sentence.split('`').step_by(2).collect();
     let text = text.join(" ").replace("95 %", "");
@@ -65,7 +65,7 @@ pub fn unknown_figures(sentence: &str, known: &[f64]) -> Vec<String> {
                 "<" => value > 0.0 && value < number,
                 // A probability near 1 is never rounded up.
                 _ if (0.99..1.0).contains(&number) => (number..number + step).contains(&value),
-                // Three digits of a large number, and bounds of a share that are cut at nothing.
+                // Three digits of a large number, and bounds of a share that are clipped at 0.
                 _ => {
                     (value.max(0.0) - number.abs()).abs() <= 0.5001 * step
                         || (value - number).abs() <= 0.5001 * step

@@ -1,4 +1,4 @@
-//! Runs kept from every fit, runs that begin in motion, and a nominal motor where nothing is known.
+//! Held-out runs, runs that begin in motion, and a fitted nominal motor.
 
 use case_generator::generate;
 use motorlab::diagnose::{Options, Verdict, diagnose, nominal_fit};
@@ -6,7 +6,7 @@ use motorlab::motor::fit::{Simulator, Workspace};
 use motorlab::motor::{CommandKind, Drive, Model, Motor, SimulationOptions, simulate};
 use motorlab::recording::{Run, read_run_from};
 
-/// The part of a run from sample `from` on, its time and counts as they were.
+/// The part of a run from sample `from` on, with its times and counts.
 fn tail(run: &Run, from: usize) -> Run {
     Run {
         sample_time_s: run.sample_time_s,

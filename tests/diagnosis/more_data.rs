@@ -1,4 +1,4 @@
-//! Changes that affect an answer, and those that do not: host times that say nothing, more data.
+//! Changes of the data that affect an answer, and those that do not: uninformative host times, more data.
 
 use motorlab::diagnose::{Options, Settings, diagnose};
 use motorlab::motor::Motor;
@@ -6,13 +6,14 @@ use motorlab::recording::Run;
 
 use crate::recorded::{LEVELS, recorded, with};
 
-/// The host's times judge the board's clock and nothing else: without them, or with a column that says nothing, the answer is the same.
+/// The host's times are used for the board's clock only: without them, or with an uninformative column, the answer is
+/// the same.
 #[test]
 fn a_host_time_that_says_nothing_changes_nothing() {
     for effects in [&[("dead_zone", &[0.8][..])][..], &[]] {
         let run = recorded(&with(effects), &LEVELS, 0.01, 8.0);
         let samples = run.len();
-        // Arrivals of a quiet host: 1000 s after the board's origin, and 0.3 to 0.5 ms late.
+        // Arrivals at an idle host: 1000 s after the board's origin, and 0.3 to 0.5 ms late.
         let late = |k: usize| 0.0003 + 0.0002 * ((k * k) as f64 * std::f64::consts::PI).fract();
         let arrivals = (0..samples)
             .map(|k| 1000.0 + run.t_s[k] + late(k))
@@ -40,12 +41,12 @@ fn a_host_time_that_says_nothing_changes_nothing() {
     }
 }
 
-/// Seconds of the recordings that are cut out of one.
+/// Lengths in s of the recordings that are cut from one.
 const CUTS_S: [f64; 3] = [4.0, 8.0, 15.0];
-/// Falls of a probability that are no step back: the posterior is of another choice of segments.
+/// Tolerated decrease of a probability: the posterior is of another choice of segments.
 const SLACK: f64 = 0.05;
 
-/// More data is never worse: the inclusion probability of the true effect (or of its class) does not fall.
+/// More data is never worse: the inclusion probability of the true effect (or of its class) does not decrease.
 #[test]
 fn an_effect_is_no_less_probable_with_more_data() {
     let cases: [(&str, &[f64]); 5] = [
@@ -80,7 +81,7 @@ fn an_effect_is_no_less_probable_with_more_data() {
         last.push(probability[CUTS_S.len() - 1]);
     }
     assert!(falls.is_empty(), "{falls:?}");
-    // Of the whole recording all are identified: a probability that is always 0 does not fall either.
+    // All are identified from the whole recording: a probability that is always 0 does not decrease either.
     assert!(
         last.iter().all(|p| *p >= Settings::default().identified),
         "{last:?}"

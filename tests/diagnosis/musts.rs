@@ -1,4 +1,5 @@
-//! Invariants of every diagnosis: figures agree, probabilities and shares add up, errors of nested models never rise.
+//! Invariants of every diagnosis: figures agree, probabilities and shares add up, errors of nested models are
+//! non-increasing.
 
 use std::sync::LazyLock;
 
@@ -13,7 +14,7 @@ use crate::figures::{printable, unknown_figures};
 use crate::recorded::{Effects, LEVELS, recorded, with};
 use crate::support::command::run;
 
-/// The levels of [`LEVELS`] backwards.
+/// The levels of [`LEVELS`] in another order.
 const OTHER_LEVELS: [f64; 10] = [-4.5, 0.5, -2.0, 2.0, -1.0, 1.0, -4.5, 4.5, -3.0, 3.0];
 const STEP: [f64; 1] = [4.5];
 
@@ -45,7 +46,8 @@ impl Diagnosed {
     }
 }
 
-/// Twelve recordings: nothing, other parameters, single effects, two effects, little data, what is outside of the catalogue, a reference.
+/// Twelve recordings: no effect, parameter mismatch, single effects, two effects, little data, outside the catalogue,
+/// a reference.
 static ALL: LazyLock<Vec<Diagnosed>> = LazyLock::new(|| {
     let levels = |motor: &Motor| vec![recorded(motor, &LEVELS, 0.01, 8.0)];
     let simulated = |name: &str, effects: Effects<'_>| {
@@ -93,7 +95,7 @@ static ALL: LazyLock<Vec<Diagnosed>> = LazyLock::new(|| {
     ]
 });
 
-/// In one test, since a runner that gives each a process of its own would diagnose all of them for each.
+/// In one test, since a runner with one process per test would diagnose all of them for each.
 #[test]
 fn invariants_of_every_diagnosis() {
     the_cases_have_different_verdicts();
@@ -143,7 +145,7 @@ fn every_figure_of_a_sentence_is_one_of_the_document() {
             .split_whitespace()
             .filter(|w| w.parse::<f64>().is_ok())
             .count();
-        // A figure that stands nowhere is seen.
+        // A figure without a source is detected.
         let made_up = one
             .found
             .sentence
@@ -153,7 +155,7 @@ fn every_figure_of_a_sentence_is_one_of_the_document() {
     assert!(figures >= 5 * ALL.len(), "{figures}");
 }
 
-/// `--model-out` writes the motor of the verdict, with the parameters that the JSON document states.
+/// `--model-out` writes the motor of the verdict, with the parameters of the JSON document.
 fn the_written_motor_is_the_documents() {
     for name in ["dead zone", "dead zone and friction", "other parameters"] {
         let one = ALL.iter().find(|one| one.name == name).expect("a case");
@@ -182,7 +184,7 @@ fn the_written_motor_is_the_documents() {
         ] {
             assert!(same(a, b), "{name}: {a} written, {b} diagnosed");
         }
-        // Each parameter of an identified effect stands in the file as in the document.
+        // Each parameter of an identified effect is the same in the file and in the document.
         let file = std::fs::read_to_string(here.join("out.toml")).expect("text");
         let file: toml::Table = file.parse().expect("TOML");
         for id in document["effects"].as_array().expect("a list") {
@@ -197,7 +199,7 @@ fn the_written_motor_is_the_documents() {
                 let own = file
                     .get("effects")
                     .and_then(|effects| effects.get(id)?.get(key));
-                // Some effects are other values of the motor's own parameters.
+                // Some effects are other values of the motor's parameters.
                 let motors = match id {
                     "inertia" => Some(p.inertia_kg_m2),
                     "viscous_friction" => Some(p.viscous_friction_nm_s_per_rad),
@@ -233,7 +235,7 @@ fn the_written_motor_is_the_documents() {
     }
 }
 
-/// On the data of the fit each model contains the one before.
+/// On the training data each model contains the one before.
 fn the_fitted_error_never_rises_from_one_nested_model_to_the_next() {
     for one in ALL.iter() {
         let fitted = one.found.gap.fitted;
@@ -251,7 +253,8 @@ fn the_fitted_error_never_rises_from_one_nested_model_to_the_next() {
     }
 }
 
-/// Most times what plain least squares of a first-order motor leaves, by the same measure: priors may cost a little.
+/// Largest ratio to the error of plain least squares of a first-order motor, by the same measure: priors may cost a
+/// little.
 const AS_GOOD: f64 = 1.05;
 
 fn re_identified_parameters_leave_no_more_than_plain_least_squares() {
@@ -280,7 +283,7 @@ fn re_identified_parameters_leave_no_more_than_plain_least_squares() {
     }
 }
 
-/// Sums of shares and probabilities are exact up to the arithmetic of some hundred numbers.
+/// Rounding error of sums of some hundred numbers.
 const SUM: f64 = 1e-9;
 
 fn probabilities_and_shares_add_up() {
@@ -288,7 +291,7 @@ fn probabilities_and_shares_add_up() {
         let (name, found) = (&one.name, &one.found);
         let sets: f64 = found.sets.iter().map(|set| set.probability).sum();
         assert!((sets - 1.0).abs() < SUM, "{name}: sets add to {sets}");
-        // Of each stage, that an effect of it is present: sets with two count in both.
+        // For each stage, the probability that an effect of it is present: sets with two count in both.
         for (stage, probability) in &found.place.stage_probabilities {
             let of_it: f64 = (found.causes.iter().filter(|cause| cause.stage == *stage))
                 .map(|cause| cause.inclusion)
@@ -316,7 +319,7 @@ fn probabilities_and_shares_add_up() {
         };
         assert_eq!(nominal.step, "nominal", "{name}");
         if nominal.share == 0.0 {
-            // The nominal model leaves nothing above the noise to share out.
+            // The nominal model has no error above the noise floor to divide.
             assert!(
                 matches!(found.verdict, Verdict::NoGap | Verdict::NoChange),
                 "{name}"

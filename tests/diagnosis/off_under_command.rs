@@ -8,7 +8,7 @@ use motorlab::recording::Run;
 const SAMPLE_TIME_S: f64 = 0.01;
 const SAMPLES: usize = 1200;
 
-/// A run of the motor itself, whose driver is off in some samples while the command continues.
+/// A run of the motor, whose driver is off in some samples while the command continues.
 fn run(motor: &Motor, is_off: impl Fn(usize) -> bool) -> Run {
     let level = |k: usize| [0.0, 4.5, -3.5, 4.0, 2.5][(k / 100) % 5];
     let t_s: Vec<f64> = (0..SAMPLES).map(|k| SAMPLE_TIME_S * k as f64).collect();
@@ -36,7 +36,7 @@ fn found(run: Run, motor: &Motor) -> Diagnosis {
     diagnose(&[run], motor, &Options::default()).expect("a diagnosis")
 }
 
-/// At the end, in the middle, and where the motor is not known.
+/// At the end, in the middle, and without a known motor.
 #[test]
 fn a_perfect_motor_whose_drive_was_off_is_perfect() {
     let motor = Motor::default();
@@ -55,7 +55,7 @@ fn a_perfect_motor_whose_drive_was_off_is_perfect() {
         assert!(note.contains("stands still under a command"), "{note}");
         let is_off_found = |finding: &motorlab::check::Finding| finding.id == Kind::OffUnderCommand;
         assert!(diagnosis.data.iter().any(is_off_found));
-        // Nothing is predicted where the drive was off.
+        // Nothing is predicted for samples in which the drive was off.
         let predicted = &diagnosis.predicted[0];
         assert!(predicted.gap_counts[0][1160].is_nan());
         let unknown = run(&other, is_off);

@@ -1,5 +1,5 @@
-//! Motors that have nothing but their own friction are not accused: benches of the independent generator, of all its families, protocols,
-//! sample times, encoders, loads and tolerances, stated or not, in the shares in which they are drawn.
+//! Motors without effects are not accused: benches of the independent generator, of all its families, protocols,
+//! sample times, encoders, loads and tolerances, stated or not, in the proportions of its draws.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -9,12 +9,12 @@ use motorlab::diagnose::{Options, Settings, Verdict, diagnose};
 use motorlab::motor::Motor;
 use motorlab::recording::{Run, read_run_from};
 
-/// Seed of the first bench: none that a number of the method was chosen on.
+/// Seed of the first bench, on which no setting of the method was chosen.
 const FIRST_SEED: u64 = 410_000;
 const BENCHES: u64 = 40;
-/// Most of [`BENCHES`] that may be accused, an effect being identified with 0.5 or more. The aim is 3 %.
+/// Most of [`BENCHES`] with an effect that is identified with 0.5 or more. The aim is 3 %.
 const ACCUSED: usize = 4;
-/// Most of them that may be accused with [`Settings::confident`] or more.
+/// Most of them with [`Settings::confident`] or more.
 const SURELY_ACCUSED: usize = 2;
 
 #[test]
@@ -43,7 +43,7 @@ fn motors_without_an_effect_are_not_accused() {
                 .map(|cause| cause.class_probability.unwrap_or(cause.inclusion))
                 .any(|probability| probability >= p)
         };
-        // A random load is in no catalogue: so the right verdict is outside of it.
+        // A random load is in no catalogue: the right verdict is then outside of it.
         let quiet = match found.verdict {
             Verdict::NoGap | Verdict::Parameters => true,
             Verdict::OutsideCatalogue => made.bench.has_random_torque,
@@ -59,7 +59,7 @@ fn motors_without_an_effect_are_not_accused() {
         "{accused} of {BENCHES}, {surely} with {} or more\n{words}",
         settings.confident
     );
-    // Not the easy part of them.
+    // All families occur.
     assert_eq!(families.len(), FAMILIES.len(), "{families:?}");
     assert!(protocols.len() + 1 >= PROTOCOLS.len(), "{protocols:?}");
     assert!(

@@ -1,4 +1,5 @@
-//! The plain first-order fit in open loop is never worse than SciPy's, nor than the motor it starts from; and `--nominal fit`, which is measured over segments, is never worse there than the motor of such a fit.
+//! The plain first-order fit in open loop is never worse than SciPy's, nor than the motor it starts from; and
+//! `--nominal fit`, which is measured over segments, is never worse there than the motor of such a fit.
 
 use std::path::Path;
 
@@ -11,10 +12,10 @@ use motorlab::least_squares::{
 use motorlab::motor::{CommandKind, Motor};
 use motorlab::recording::{Run, read_run};
 
-/// At most so many times what SciPy's plain least squares leaves.
+/// Largest ratio to the error of SciPy's plain least squares.
 const AS_GOOD: f64 = 1.05;
 
-/// Counts RMS that SciPy leaves: `first_order_fits.py run` of the two cases as imported, `ev3` and `three_levels`.
+/// Error in counts RMS of SciPy: `first_order_fits.py run` of the two cases as imported, `ev3` and `three_levels`.
 const SCIPY_P4: f64 = 0.28537;
 const SCIPY_SYN_OK: f64 = 1.11152;
 const SCIPY_EV3: f64 = 7.4622;
@@ -45,14 +46,15 @@ fn rms_over_segments(runs: &[Run], motor: FirstOrderMotor) -> f64 {
     fit.given_left_counts.expect("a motor")
 }
 
-/// The plain fit's motor leaves so much in open loop, and the nominal one no more over segments than any plain fit.
+/// The plain fit's motor has this error in open loop, and the nominal one no larger error over segments than any
+/// plain fit.
 fn check_against(runs: &[Run], scipy_counts: f64) {
     let plain = fit_runs(runs, &[]).expect("it turns");
     assert!(plain.left_counts <= AS_GOOD * scipy_counts, "{plain:?}");
     check_over_segments(runs);
 }
 
-/// Parts of about so many seconds, 40 samples at least.
+/// Parts of about this length in s, at least 40 samples.
 fn cut(run: &Run, length_s: f64) -> Vec<Run> {
     let n = run.t_s.len();
     let least = ((length_s / run.sample_time_s).round() as usize).max(40);
@@ -69,7 +71,7 @@ fn cut(run: &Run, length_s: f64) -> Vec<Run> {
     (0..count).map(part).collect()
 }
 
-/// The nominal motor leaves no more over segments than the plain fit to parts of any length.
+/// The nominal motor has no larger error over segments than the plain fit to parts of any length.
 fn check_over_segments(runs: &[Run]) {
     let nominal = fit(runs);
     for length_s in [1.0, 2.0, 4.0, f64::MAX] {
@@ -83,11 +85,12 @@ fn check_over_segments(runs: &[Run]) {
     }
 }
 
-/// Two recordings on which a regression alone once left 2378 and 1777 counts; both are exact first-order steps.
+/// Two recordings on which a regression alone once had errors of 2378 and 1777 counts; both are exact first-order
+/// steps.
 #[test]
 fn a_first_order_step_is_left_within_a_count() {
     let folder = Path::new("fixtures/cases/diagnosis/fit_wrong_valley");
-    // The speed of the second is rounded to 0.0001 rad/s and its counts are made from that.
+    // The speed of the second is rounded to 0.0001 rad/s and its counts are computed from that.
     for (log, map, scipy) in [
         ("p4.csv", "p4.toml", SCIPY_P4),
         ("syn_ok.csv", "syn.toml", SCIPY_SYN_OK),
@@ -102,7 +105,7 @@ fn a_first_order_step_is_left_within_a_count() {
     }
 }
 
-/// A drawn motor's step from rest, and what SciPy leaves of it.
+/// A drawn motor's step from rest, and SciPy's error.
 struct Drawn {
     motor: FirstOrderMotor,
     run: Run,
@@ -157,7 +160,7 @@ fn drawn() -> Vec<Drawn> {
     table.lines().skip(1).map(of_row).collect()
 }
 
-/// Fast motors among them are nearly up to speed at the second sample, which no start in motion is.
+/// Among them are fast motors that are nearly at steady speed at the second sample, without a start in motion.
 #[test]
 fn drawn_motors_are_fitted_as_well_as_by_scipy() {
     let all = drawn();
@@ -177,7 +180,7 @@ fn drawn_motors_are_fitted_as_well_as_by_scipy() {
     assert!(worse.is_empty(), "{worse:?}");
 }
 
-/// Root mean square of counts less those of a motor, by the textbook's step response and not the fit's.
+/// Root mean square of counts minus those of a motor, by the textbook's step response and not the fit's.
 fn left_of_step(run: &Run, motor: FirstOrderMotor) -> f64 {
     let shape = motor.shape;
     let driven = (run.command[0] - shape.friction).max(0.0);
@@ -191,7 +194,7 @@ fn left_of_step(run: &Run, motor: FirstOrderMotor) -> f64 {
     (raw.iter().map(|r| (r - start).powi(2)).sum::<f64>() / raw.len() as f64).sqrt()
 }
 
-/// The motor that made the run, and others beside it, as starts: the fit leaves no more than any of them.
+/// The motor of the run and others as starts: the fit has no larger error than any of them.
 #[test]
 fn a_fit_is_never_worse_than_a_motor_that_it_starts_from() {
     for (k, drawn) in drawn().iter().enumerate().step_by(4) {
@@ -220,7 +223,7 @@ fn a_fit_is_never_worse_than_a_motor_that_it_starts_from() {
     }
 }
 
-/// A recording of several levels that begins in motion: the numbers come back, with the speed of the start and without.
+/// A recording of several levels that begins in motion: the parameters are found, with the initial speed and without.
 #[test]
 fn a_start_in_motion_is_one() {
     let truth = FirstOrder {
@@ -274,7 +277,7 @@ fn step(counts_per_rev: f64, volts: f64, t_s: Vec<f64>, counts: Vec<i64>) -> Run
     }
 }
 
-/// Rows of numbers of every file of a folder, with the command in its name.
+/// Numeric rows of every file of a folder, with the command in its name.
 fn tables(folder: &Path) -> Vec<(f64, Vec<Vec<f64>>)> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -290,7 +293,7 @@ fn tables(folder: &Path) -> Vec<(f64, Vec<Vec<f64>>)> {
             .expect("a level")
             .trim_end_matches('V');
         let text = std::fs::read_to_string(&path).expect("text");
-        // A head of names is no row.
+        // A line of names is no row.
         let row = |line: &str| -> Option<Vec<f64>> {
             let cells = line
                 .split([',', ' ', '\t'])
@@ -307,7 +310,7 @@ fn tables(folder: &Path) -> Vec<(f64, Vec<Vec<f64>>)> {
     found
 }
 
-/// Residual of SciPy on the same steps: `first_order_fits.py ev3` and `three_levels`.
+/// Error of SciPy on the same steps: `first_order_fits.py ev3` and `three_levels`.
 #[test]
 fn real_motors_are_fitted_as_well_as_by_scipy() {
     let Some(folder) = support::real_recordings("real_motors_are_fitted_as_well_as_by_scipy")
@@ -335,7 +338,7 @@ fn real_motors_are_fitted_as_well_as_by_scipy() {
             for row in &rows[driven..] {
                 t_s.push(row[0] - rows[driven][0]);
                 counts.push(f64::round(turned) as i64);
-                // The speed of the next row is over the step to it.
+                // The speed of the next row is the mean over the step to it.
                 turned += rows[(driven + t_s.len()).min(rows.len() - 1)][1] * 32000.0 / 60.0 * 0.01;
             }
             step(32000.0, volts, t_s, counts)
@@ -361,8 +364,9 @@ column = "rpm"
 unit = "rpm"
 "#;
 
-/// A staircase of a minute whose speed creeps, of a real motor behind a bridge: over a minute in open loop the creep hides the time
-/// constant, over segments it does not, in the whole and in its parts. The author's model of the same motor is 35.25 rpm/V, 0.28 s and 2 V.
+/// A staircase of a minute whose speed creeps, of a real motor behind a bridge: over a minute in open loop the creep
+/// hides the time constant, over segments it does not, in the whole and in its parts. The author's model of the same
+/// motor is 35.25 rpm/V, 0.28 s and 2 V.
 #[test]
 fn a_staircase_of_a_minute_has_its_authors_numbers() {
     let Some(folder) = support::real_recordings("a_staircase_of_a_minute_has_its_authors_numbers")
@@ -391,7 +395,7 @@ fn a_staircase_of_a_minute_has_its_authors_numbers() {
     let found = FirstOrderMotor::of(&fit(&[run]).motor, CommandKind::Voltage).expect("a motor");
     let rpm_per_v = found.gain * 60.0 / std::f64::consts::TAU;
     assert!((rpm_per_v / 35.25 - 1.0).abs() < 0.05, "{rpm_per_v}");
-    // The author has a delay of 30 to 55 ms beside it, which a first-order motor has in its time constant.
+    // The author has an additional delay of 30 to 55 ms, which a first-order motor has in its time constant.
     let times = found.shape.time_constant_s / 0.28;
     assert!((0.5..2.0).contains(&times), "{found:?}");
     assert!((found.shape.friction / 2.0 - 1.0).abs() < 0.1, "{found:?}");

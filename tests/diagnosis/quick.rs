@@ -1,4 +1,4 @@
-//! `--quick`: an answer from a tenth of the samples, marked as such, that costs less.
+//! `--quick`: an answer from a tenth of the samples, marked as such, with less computation.
 
 use motorlab::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use motorlab::motor::Motor;
@@ -31,7 +31,7 @@ fn a_quick_answer_names_the_same_effect_from_a_tenth() {
     let said = format!("Quick answer: {} of 10000 samples", of.samples);
     assert!(quick.sentence.contains(&said), "{}", quick.sentence);
     assert!(!whole.sentence.contains("Quick"), "{}", whole.sentence);
-    // The errors are those of all samples, and the search is what is left out.
+    // The errors are those of all samples; only the search is restricted.
     assert!((quick.gap.before / whole.gap.before - 1.0).abs() < 0.02);
     assert!(
         3 * quick.simulated_samples < whole.simulated_samples,
@@ -41,7 +41,7 @@ fn a_quick_answer_names_the_same_effect_from_a_tenth() {
     );
 }
 
-/// Too short to leave something out: five segments are needed to hold one out each time.
+/// Too short to omit samples: five segments are needed for the folds.
 #[test]
 fn a_short_recording_is_used_whole_and_marked_all_the_same() {
     let runs = [recorded(&Motor::default(), &LEVELS, 0.01, 4.0)];
@@ -78,7 +78,7 @@ fn sentence_page_and_document_say_that_the_answer_is_quick() {
         ],
     );
     assert_eq!(done.status, Some(0), "{}", done.messages);
-    // No progress where no terminal is.
+    // No progress without a terminal.
     assert!(
         !done.messages.contains('%') && !done.messages.contains('\u{1b}'),
         "{}",

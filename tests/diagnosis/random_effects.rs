@@ -1,4 +1,4 @@
-//! Random effects are found by the variance that they predict: other parameters imitate their mean.
+//! Random effects are identified by the variance that they predict: other parameters imitate their mean.
 
 use motorlab::diagnose::{Options, Verdict, diagnose};
 use motorlab::motor::Motor;
@@ -6,10 +6,10 @@ use motorlab::recording::Run;
 
 use crate::recorded::{LEVELS, recorded, with};
 
-/// Counts per revolution at which a hundredth of the edges is some counts a segment.
+/// Counts per revolution at which a hundredth of the edges is some counts in a segment.
 const FINE: f64 = 8192.0;
 
-/// Largest relative difference from the value that made the recording: three standard deviations of the shortest of these.
+/// Largest relative difference from the true value: three standard deviations for the shortest recording.
 const AGREES: f64 = 0.15;
 
 /// The motor file without these effects, and their recording of 8 s at 5 ms.
@@ -22,7 +22,7 @@ fn of(effects: &[(&str, &[f64])]) -> (Motor, Vec<Run>) {
     (motor, vec![run])
 }
 
-/// Each is named, with the parameter that made the recording.
+/// Each is named, with the true parameter.
 #[test]
 fn a_random_effect_is_named_with_its_parameter() {
     for (effect, values, key) in [
@@ -43,7 +43,7 @@ fn a_random_effect_is_named_with_its_parameter() {
     }
 }
 
-/// The same recordings of a motor without it: what is drawn at random is no effect.
+/// The same recordings of a motor without it: none is named.
 #[test]
 fn without_one_none_is_named() {
     let (motor, runs) = of(&[]);

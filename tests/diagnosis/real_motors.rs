@@ -1,7 +1,8 @@
-//! Recordings of real motors with a documented cause, as `tests/real/sets.toml` imports and holds them out.
+//! Recordings of real motors with a documented cause, imported and held out as in `tests/real/sets.toml`.
 //!
-//! Of every set: what is identified with 0.9 or more is documented, and on held-out data effects never predict worse than re-identified
-//! parameters. Of the sets of [`NAMED`] the documented cause is the most probable one, or of its class; of the others it is not today.
+//! For every set, effects identified with 0.9 or more are documented, and on held-out data effects never predict
+//! worse than re-identified parameters. For the sets of [`NAMED`] the documented cause is the most probable one, or
+//! of its class; for the others it is not at present.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,12 +16,12 @@ use motorlab::import::{Map, import};
 use motorlab::motor::{Motor, read_motor};
 use motorlab::recording::{Run, read_run};
 
-/// From this probability on an effect is asserted.
+/// Probability from which an effect is asserted.
 const ASSERTED: f64 = 0.9;
-/// Most that effects may leave on held-out data, in errors of re-identified parameters.
+/// Largest held-out error with effects relative to that of re-identified parameters.
 const NO_WORSE: f64 = 1.05;
-/// Sets whose documented cause comes first. `micromouse`, `odrive`, `xl330` and `arm_lost_edges` are not among them, nor is `l298n`: four
-/// effects fit its five fitted parts and not the five that are held out.
+/// Sets whose documented cause is first. `micromouse`, `odrive`, `xl330` and `arm_lost_edges` are not among them, nor
+/// is `l298n`: four effects fit its five training parts and not the five held-out ones.
 const NAMED: [&str; 3] = ["ev3", "emps", "sts3250"];
 
 /// A set of `sets.toml`.
@@ -32,7 +33,7 @@ struct Set {
     import: String,
 }
 
-/// Paths of the project in flags, from wherever the program runs.
+/// Expands paths of the project in flags, for any working directory.
 fn flags(text: &str) -> Vec<String> {
     let here = env!("CARGO_MANIFEST_DIR");
     let text = text.replace("tests/real", &format!("{here}/tests/real"));
@@ -57,7 +58,7 @@ fn set(name: &str) -> Set {
     }
 }
 
-/// A log of a set: its name, what stands for `{1}` to `{3}` in the flags of its import, and whether it is held out.
+/// A log of a set: its name, the replacements of `{1}` to `{3}` in its import flags, and whether it is held out.
 struct Log {
     file: String,
     stands_for: Vec<String>,
@@ -72,7 +73,7 @@ fn log(file: String, stands_for: &[&dyn ToString], is_held: bool) -> Log {
     }
 }
 
-/// Run files of a set in a folder: those to fit, and those that are held out.
+/// Run files of a set in a folder: training runs and held-out runs.
 fn imported(recordings: &Path, set: &Set, logs: &[Log], here: &Path) -> [Vec<String>; 2] {
     let mut runs = [Vec::new(), Vec::new()];
     for log in logs {
@@ -119,7 +120,7 @@ fn imported(recordings: &Path, set: &Set, logs: &[Log], here: &Path) -> [Vec<Str
     runs
 }
 
-/// The diagnosis of a set; none where the recordings are not on this machine.
+/// The diagnosis of a set; `None` if the recordings are not available.
 fn diagnosed(test: &str, set: &Set, logs: &[Log]) -> Option<Value> {
     let recordings = support::real_recordings(test)?;
     let recordings = std::fs::canonicalize(recordings).expect("a folder");
@@ -143,7 +144,7 @@ fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
     value[key].as_array().expect("a list")
 }
 
-/// Whether an effect is documented, or these runs do not separate it from one of its class that is.
+/// Whether an effect is documented, or not separated from a documented one of its class.
 fn is_documented(document: &Value, set: &Set, id: &str) -> bool {
     let class = |id: &str| {
         let cause = list(document, "causes")
@@ -213,7 +214,8 @@ fn steps_of_a_lego_motor_differ_by_direction() {
     check("steps_of_a_lego_motor_differ_by_direction", "ev3", &logs);
 }
 
-/// A gear motor behind a bridge: its documented drop and delay are not named today. Nothing else may be asserted.
+/// A gear motor behind a bridge: its documented drop and delay are not named at present. Nothing else may be
+/// asserted.
 #[test]
 fn of_a_staircase_behind_a_bridge_nothing_undocumented_is_asserted() {
     let logs = [log("run_minimal.csv".to_owned(), &[], false)];
@@ -247,7 +249,7 @@ fn a_servo_lifts_a_load() {
     check("a_servo_lifts_a_load", "sts3250", &logs);
 }
 
-/// Two repeats of three levels differ by more than what a first-order motor leaves.
+/// Two repetitions of three levels differ by more than the residual of a first-order motor.
 #[test]
 fn a_plain_motor_is_accused_of_nothing() {
     let mut logs = Vec::new();
@@ -260,7 +262,7 @@ fn a_plain_motor_is_accused_of_nothing() {
     check("a_plain_motor_is_accused_of_nothing", "three_levels", &logs);
 }
 
-/// A micro gear motor: its documented dead zone is not named today. Nothing else may be asserted.
+/// A micro gear motor: its documented dead zone is not named at present. Nothing else may be asserted.
 #[test]
 fn of_a_micromouse_nothing_undocumented_is_asserted() {
     let logs = [1, 2, 3, 4].map(|k| log(format!("encoders{k}.csv"), &[&k], k % 2 == 0));
@@ -271,7 +273,7 @@ fn of_a_micromouse_nothing_undocumented_is_asserted() {
     );
 }
 
-/// A brushless motor that a controller holds: its measured cogging is not named today.
+/// A brushless motor under a controller: its measured cogging is not named at present.
 #[test]
 fn of_a_slow_turn_nothing_undocumented_is_asserted() {
     let logs = [log("slow2_slower_nocomp_0.csv".to_owned(), &[], false)];
@@ -282,7 +284,7 @@ fn of_a_slow_turn_nothing_undocumented_is_asserted() {
     );
 }
 
-/// A servo that lifts half a kilogram: its load is not named today.
+/// A servo that lifts half a kilogram: its load is not named at present.
 #[test]
 fn of_a_loaded_servo_nothing_undocumented_is_asserted() {
     let mut logs = Vec::new();
@@ -300,7 +302,8 @@ fn of_a_loaded_servo_nothing_undocumented_is_asserted() {
     );
 }
 
-/// A geared motor whose edges are lost from 10 V on: not named today. Of its five recordings three, which take a minute less.
+/// A geared motor whose edges are lost from 10 V on: not named at present. Three of its five recordings, which takes
+/// a minute less.
 #[test]
 fn of_lost_edges_nothing_undocumented_is_asserted() {
     let logs = [(8, 7), (9, 8), (11, 10)].map(|(number, volts)| {
@@ -329,9 +332,9 @@ fn motor(name: &str) -> Motor {
     read_motor(Path::new("tests/real/motors").join(name)).expect("a motor file")
 }
 
-/// A servo that lifts known loads at three gains. Its command is computed from the duty law that its source states, and a regression of
-/// that voltage has 1.2 V per N m of load, 1.06 to 1.3 over all loads and gains. Said to be known, the loads tell the same, but the lightest
-/// by itself: 0.98.
+/// A servo that lifts known loads at three gains. Its command is computed from the duty cycle law of its source, and
+/// a regression of that voltage has 1.2 V per N m of load, 1.06 to 1.3 over all loads and gains. As known
+/// differences, the loads give the same, except the lightest alone: 0.98.
 #[test]
 fn known_loads_tell_what_a_newton_metre_takes() {
     let name = "known_loads_tell_what_a_newton_metre_takes";
@@ -366,7 +369,7 @@ fn known_loads_tell_what_a_newton_metre_takes() {
     assert!((1.06..1.3).contains(&found), "all: {found}");
 }
 
-/// The batteries' logs have no position: nothing is diagnosed.
+/// The batteries' logs have no position: no diagnosis.
 #[test]
 fn a_log_without_position_is_refused() {
     let Some(folder) = support::real_recordings("a_log_without_position_is_refused") else {

@@ -6,7 +6,7 @@ use motorlab::recording::Run;
 /// Ids with the values of their parameters.
 pub type Effects<'a> = &'a [(&'a str, &'a [f64])];
 
-/// Levels of 0.5 s both ways, in V: some below any dead zone.
+/// Levels of 0.5 s of both signs in V, some below any dead zone.
 pub const LEVELS: [f64; 10] = [3.0, -3.0, 4.5, -4.5, 1.0, -1.0, 2.0, -2.0, 0.5, -4.5];
 
 /// The handout's motor with effects.

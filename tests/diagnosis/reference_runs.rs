@@ -1,4 +1,4 @@
-//! `diagnose --reference`: what has changed between two sets of runs of one motor, and nothing where nothing has.
+//! `diagnose --reference`: changes between two sets of runs of one motor, and none without a change.
 
 use crate::recorded::driven;
 use crate::support::command::run;
@@ -10,7 +10,7 @@ use motorlab::recording::{Run, read_run_from};
 const SAMPLE_TIME_S: f64 = 0.01;
 const SAMPLES: usize = 1000;
 
-/// Two recordings of one motor of the other generator, made under other profiles: with random friction and load.
+/// Two recordings of one motor of the independent generator under different profiles, with random friction and load.
 fn pair(seed: u64, kind: &str) -> ([Run; 2], Motor) {
     let case = generate(seed, &kind.parse().expect("a kind"));
     let run = |k: usize| {
@@ -31,9 +31,9 @@ fn since(now: &Run, then: &Run, motor: &Motor) -> Diagnosis {
     found
 }
 
-/// A motor under levels of 0.1 to 0.35 s, which differ by the seed.
+/// A motor under levels of 0.1 to 0.35 s, which depend on the seed.
 fn recorded(motor: &Motor, seed: u32) -> Run {
-    // A linear congruence: any order of levels will do.
+    // A linear congruential generator.
     let mut state = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let mut next = || {
         state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
@@ -49,7 +49,7 @@ fn recorded(motor: &Motor, seed: u32) -> Run {
     driven(motor, command, SAMPLE_TIME_S)
 }
 
-/// The handout's motor with its numbers off by what a tolerance of 5 % has them off.
+/// The handout's motor with parameter mismatch within a tolerance of 5 %.
 fn motor() -> Motor {
     let mut motor = Motor::default();
     motor.parameters.inertia_kg_m2 *= 1.06;
@@ -65,7 +65,7 @@ fn with(mut motor: Motor, id: &str, values: &[f64]) -> Motor {
     motor
 }
 
-/// The same motor twice, under other profiles, with effects that the motor file does not have among them.
+/// The same motor twice, under different profiles, also with effects that the motor file lacks.
 #[test]
 fn the_same_motor_twice_is_no_change() {
     for (seed, kind) in [(40, "none"), (43, "dead_zone")] {
@@ -93,7 +93,7 @@ fn one_change_is_named_with_what_it_was_and_is() {
     let viscous = 3.0 * p.viscous_friction_nm_s_per_rad;
     let coulomb = 2.0 * p.coulomb_friction_nm;
     let inertia = 1.5 * p.inertia_kg_m2;
-    // Effect, its number, motor then, motor now, the number then and now.
+    // Effect, its parameter, motor before, motor after, the value before and after.
     let cases = [
         (
             "viscous_friction",
@@ -143,7 +143,7 @@ fn one_change_is_named_with_what_it_was_and_is() {
         let number = found.causes[0].parameters[key];
         assert!(number.lo95 <= is && is <= number.hi95, "{id}: {number:?}");
         let reference = number.reference.expect("what it was");
-        // A threshold is known between two levels.
+        // A threshold is known between two levels only.
         assert!(
             (reference - was).abs() < (reference - is).abs(),
             "{id}: {number:?}"
@@ -191,7 +191,7 @@ fn the_command_says_both_values_in_every_form() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    // Who names a run that is not there is told so.
+    // A missing run is an error.
     let done = run(
         directory.path(),
         &arguments(&["--repeats", "now.csv,then.csv"]),
@@ -212,7 +212,7 @@ fn the_command_says_both_values_in_every_form() {
     );
 }
 
-/// An effect that the reference cannot have shown is no change: a step says nothing of a dead zone.
+/// An effect that the reference cannot show is no change: a step does not determine a dead zone.
 #[test]
 fn undetermined_parameters_are_not_reported_as_changed() {
     let motor = with(motor(), "dead_zone", &[1.1]);

@@ -1,9 +1,9 @@
-//! `diagnose --html`: one offline page that leads with the sentence, and nothing of a file becomes markup.
+//! `diagnose --html`: one offline page that begins with the sentence, and no text of a file becomes markup.
 
 use crate::support::command::run;
 use case_generator::generate;
 
-/// Ends an attribute and a tag, and begins others; no slash fits into a file's name.
+/// Closes an attribute and a tag, and opens others; a file name has no slash.
 const HOSTILE: &str = "\"'><script>alert(1)<img src=x onerror=alert(2)>.csv";
 
 #[test]
@@ -23,7 +23,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     let json: serde_json::Value = serde_json::from_str(&done.output).expect("one document");
     let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
 
-    // Findings come first, then the sentence in its four parts, then pictures.
+    // Findings come first, then the sentence in its four parts, then figures.
     let sentence = json["sentence"].as_str().expect("a sentence");
     let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
     let lead = at("<dl class=\"lead\">");
@@ -43,11 +43,11 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
         }
     }
 
-    // The command to copy asks the same again, and every number beside it is one of the document.
+    // The command to copy is the same one, and every number near it is one of the document.
     assert!(sentence.contains("--motor motor.toml"), "{sentence}");
     assert_numbers_of(&json, sentence);
 
-    // Nothing is fetched, nothing runs, and the file's name is text.
+    // Nothing is fetched, no script runs, and the file's name is text.
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
     let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
     assert!(!addresses.contains("http") && !page.contains("src=\"") && !page.contains("href="));
@@ -55,7 +55,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     assert!(!page.contains("<script>alert") && !page.contains("<img") && !page.contains("\"'>"));
     assert!(page.contains("alert(2)&gt;.csv"));
 
-    // Nested models, stages and the overlays twice each (desk and phone), four pictures of what orders the gap.
+    // Nested models, stages and the overlays twice each (desktop and phone), four figures of the residual torque.
     let titles = |title: &str| page.matches(&format!("aria-label=\"{title}\"")).count();
     assert_eq!(titles("Error budget"), 2);
     assert_eq!(titles("Stage of the chain"), 2);
@@ -67,7 +67,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     ] {
         assert!(page.contains(&format!(">{axis}</text></svg>")), "{axis}");
     }
-    // One measure: under the pictures stand, run by run, the figures that the bars have of all runs together.
+    // The captions have, run by run, the figures that the bars have for all runs together.
     let of_run = |text: &str| -> f64 {
         let number = text
             .split("nominal ")
@@ -108,7 +108,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     }
 }
 
-/// Every number of a text but those of its commands is a number of the document, or follows from two, as it is rounded there.
+/// Every number of a text except in commands is a rounded number of the document, or follows from two.
 fn assert_numbers_of(document: &serde_json::Value, text: &str) {
     let mut known = Vec::new();
     numbers(document, &mut known);
@@ -132,7 +132,7 @@ fn assert_numbers_of(document: &serde_json::Value, text: &str) {
             continue;
         };
         let decimals = word.split_once('.').map_or(0, |(_, after)| after.len());
-        // Shares are rounded down, all else to the nearest.
+        // Shares are rounded down, all others to the nearest.
         let step = 10f64.powi(-i32::try_from(decimals).expect("few"));
         let is_near =
             |known: &f64| (known - number).abs() <= 0.5001 * step || known.floor() == number;
@@ -159,7 +159,7 @@ fn a_bad_recording_has_its_page() {
     let arguments: Vec<&str> = simulate.split(' ').collect();
     assert_eq!(run(directory.path(), &arguments).status, Some(0));
     let file = std::fs::read_to_string(directory.path().join("run.csv")).expect("a run");
-    // The encoder's wires are swapped: the counts of every row, its third value, are turned round.
+    // The encoder's wires are swapped: the sign of the counts, the third value of every row, is changed.
     let turned = |line: &str| match line.split(',').collect::<Vec<_>>()[..] {
         [t_s, command, counts, _] if counts != "counts" => {
             format!(
@@ -193,7 +193,7 @@ fn a_bad_recording_has_its_page() {
     assert!(!page.contains("<script>alert") && !page.contains("<img"));
 }
 
-/// The error is stated once, and the handout's motor is not named where a fit takes its place.
+/// The error is stated once, and the handout's motor is not named if a fit replaces it.
 #[test]
 fn nothing_is_said_twice() {
     let directory = tempfile::tempdir().expect("a directory");

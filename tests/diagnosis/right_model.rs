@@ -1,4 +1,4 @@
-//! The true model of a recording leaves the noise floor: with an effect in its motor file nothing is missing.
+//! The true model of a recording is within the noise floor: with its effect in the motor file no effect is missing.
 
 use std::fmt::Write as _;
 
@@ -10,8 +10,8 @@ use motorlab::units::ROUNDING_VARIANCE;
 
 use crate::recorded::{LEVELS, recorded};
 
-/// Largest ratio of the true model's error to quantization, and of a model without the effect to the noise floor: where in a count a
-/// segment starts is drawn.
+/// Largest ratio of the true model's error to quantization, and least one of a model without the effect to the noise
+/// floor: the initial fraction of a count is random.
 const ABOVE_FLOOR: f64 = 1.25;
 
 /// Eight seconds at 10 ms.
@@ -19,7 +19,7 @@ fn recording(motor: &Motor) -> Run {
     recorded(motor, &LEVELS, 0.01, 8.0)
 }
 
-/// Each effect of the catalogue, in the motor file with the values that made the recording.
+/// Each effect of the catalogue, in the motor file with the true values.
 #[test]
 fn the_true_model_is_within_the_noise_floor() {
     let (mut wrong, mut visible) = (String::new(), 0);
@@ -32,7 +32,7 @@ fn the_true_model_is_within_the_noise_floor() {
         let found = diagnose(&[run], &motor, &Options::default()).expect("a diagnosis");
         let is_quiet = matches!(found.verdict, Verdict::NoGap | Verdict::Parameters);
         let floor = match kind.random {
-            // No model repeats what it did; its variance is predicted.
+            // The random effect is not reproduced; its variance is predicted.
             true => found.gap.floor,
             false => ROUNDING_VARIANCE.sqrt(),
         };
@@ -41,12 +41,12 @@ fn the_true_model_is_within_the_noise_floor() {
             writeln!(wrong, "{}: {}", kind.id, found.sentence).expect("room");
         }
     }
-    // Effects whose default values leave this recording as it is would pass whatever the diagnosis does.
+    // Effects without an influence on this recording at their default values would pass any diagnosis.
     assert!(visible >= 25, "{visible} effects change the recording");
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// The same recordings without the effect in the motor file are above the floor: the test above would see a model that lacks it.
+/// The same recordings without the effect in the motor file are above the floor, so that the test above can fail.
 #[test]
 fn without_the_effect_the_same_recording_is_above_the_noise_floor() {
     for id in ["dead_zone", "backlash", "gravity_load", "voltage_drop"] {

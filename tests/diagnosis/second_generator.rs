@@ -1,5 +1,5 @@
-//! The diagnosis on cases of a second generator: Python with SciPy, other friction and integration laws than the
-//! simulator and than `case-generator` (`tests/reference/README.md`), judged as the blind cases are.
+//! The diagnosis on cases of a second generator: Python with SciPy, with other friction and integration laws than the
+//! simulator and `case-generator` (`tests/reference/README.md`), judged as the blind cases.
 
 use std::collections::BTreeMap;
 use std::fs::read_to_string;
@@ -17,13 +17,13 @@ use motorlab::recording::{Run, read_run_from};
 const KINDS: &str = "stribeck,voltage_drop,dead_zone,backlash,cogging,transport_delay,asymmetric_friction,gravity_load,\
                      coast_at_zero,inertia,voltage_drop+gravity_load,none";
 const SEED: &str = "1";
-/// A motor that has an effect of the catalogue and something outside it.
+/// A motor with an effect of the catalogue and one outside it.
 const BESIDE: &str = "gravity_load+eddy_brake";
 const BESIDE_SEED: &str = "91";
-/// Share of single effects that is named, or in a tie that the verdict states.
+/// Least share of single effects that is named, or in a stated tie.
 const SINGLES_RIGHT: f64 = 0.9;
 
-/// A Python that has SciPy: the one that `tests/reference/install` made, or the system's.
+/// A Python with SciPy: that of `tests/reference/install`, or the system's.
 fn python() -> Option<PathBuf> {
     let installed = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/reference-venv/bin/python");
     let has_scipy = |python: &PathBuf| {
@@ -107,7 +107,7 @@ fn effects_under_other_laws_are_named() {
     }
 }
 
-/// An unknown cause does not exclude the effect that is present.
+/// An unknown cause does not exclude an effect that is present.
 #[test]
 fn an_effect_is_identified_beside_an_unmodelled_one() {
     let Some(python) = python() else {
@@ -126,7 +126,7 @@ fn an_effect_is_identified_beside_an_unmodelled_one() {
         let motor = Motor::from_toml(&case.motor).expect("a motor file");
         let found = diagnose(&runs, &motor, &Options::default()).expect("a diagnosis");
         println!("{}", found.sentence);
-        // Whether a tenth is left is a matter of size; that something is, is not.
+        // The size of the unexplained share depends on the case; its presence does not.
         assert!(
             matches!(found.verdict, Verdict::Effect | Verdict::Partial),
             "{}",

@@ -1,5 +1,5 @@
-//! Logs of speeds without a position, as most sketches print them: each speed is a difference of positions, with an error of its own,
-//! or smoothed by the sketch. Written by this file from the handout's equations in closed form, not by the simulator.
+//! Logs of speeds without a position, as most sketches print them: each speed is a difference of positions with an
+//! error, or smoothed by the sketch. Computed here from the handout's equations in closed form, not by the simulator.
 
 use motorlab::diagnose::{Diagnosis, Options, diagnose, nominal_fit};
 use motorlab::motor::Motor;
@@ -10,14 +10,14 @@ use rand_pcg::Pcg64Mcg;
 
 const COUNTS_PER_REV: f64 = 600.0;
 
-/// A first-order motor with Coulomb friction under levels of both signs: turns at each sample, in closed form from level to level, where
-/// the friction one way is `back` times that the other way.
+/// A first-order motor with Coulomb friction under levels of both signs: revolutions at each sample, in closed form
+/// from level to level; the friction in one direction is `back` times that in the other.
 fn turns(ts: f64, samples: usize, back: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     const GAIN_REV_S_V: f64 = 0.6;
     const TAU_S: f64 = 0.15;
     const FRICTION_V: f64 = 0.8;
     const LEVELS_V: [f64; 8] = [4.0, 8.0, 10.0, 0.0, -4.0, -8.0, -10.0, 0.0];
-    // Where the speed falls to 0 the shaft stays: levels of 2 s, and steps so fine that what is left of that is nothing.
+    // At speed 0 the shaft stays at rest: levels of 2 s, and steps so fine that their error is negligible.
     const FINE: usize = 50;
     let (mut turned, mut speed) = (0.0, 0.0_f64);
     let (mut t_s, mut command, mut out) = (Vec::new(), Vec::new(), Vec::new());
@@ -52,7 +52,7 @@ fn turns(ts: f64, samples: usize, back: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     (t_s, command, out)
 }
 
-/// The run that `import` makes of logged speeds in turns/s: their sum.
+/// The run that `import` makes from logged speeds in rev/s: their integral.
 fn integrated(t_s: Vec<f64>, command: Vec<f64>, speeds: &[f64]) -> Run {
     let ts = t_s[1] - t_s[0];
     let mut turned = 0.0;
@@ -83,7 +83,7 @@ fn diagnosed(run: Run) -> Diagnosis {
     diagnose(&[run], &nominal.motor, &Options::default()).expect("a diagnosis")
 }
 
-/// The same with each speed off by itself, one sigma in turns/s.
+/// The same with an independent error of each speed, one sigma in rev/s.
 fn scattering(back: f64, ts: f64, sigma: f64, seed: u64) -> Diagnosis {
     let (t_s, command, turns) = turns(ts, (24.0 / ts) as usize, back);
     let mut random = Pcg64Mcg::seed_from_u64(seed);
@@ -95,7 +95,7 @@ fn scattering(back: f64, ts: f64, sigma: f64, seed: u64) -> Diagnosis {
     diagnosed(integrated(t_s, command, &speeds))
 }
 
-/// Errors of speeds add up in a position (a random walk). They are no random load, and no effect.
+/// Errors of speeds accumulate in a position (a random walk). They are no random load, and no effect.
 #[test]
 fn noise_of_logged_speeds_is_no_effect() {
     for (ts, sigma, seed) in [(0.01, 0.02, 1), (0.02, 0.03, 2), (0.05, 0.05, 3)] {
@@ -104,7 +104,7 @@ fn noise_of_logged_speeds_is_no_effect() {
     }
 }
 
-/// Beside them, a friction that differs by direction is found in the class of what is offset by direction.
+/// In addition, asymmetric friction is identified in the class of asymmetric offsets.
 #[test]
 fn asymmetry_is_found_in_logged_speeds() {
     let offsets = [
@@ -121,7 +121,7 @@ fn asymmetry_is_found_in_logged_speeds() {
     }
 }
 
-/// Exponential smoothing in the sketch is the effect `speed_filter`: nothing else is named for it with confidence.
+/// Exponential smoothing in the sketch is the effect `speed_filter`: no other effect is named with confidence.
 #[test]
 fn a_sketchs_smoothing_is_a_filter() {
     for (ts, keeps) in [(0.01, 0.8), (0.02, 0.6)] {

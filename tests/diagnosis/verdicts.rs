@@ -1,4 +1,4 @@
-//! The diagnosis on cases that other code made: the generator shares nothing with the simulator.
+//! The diagnosis on cases of the independent generator.
 
 use case_generator::{Case, generate};
 use motorlab::board::Profile;
@@ -64,13 +64,12 @@ fn simulated(motor: &Motor, profile: &str, sample_time_s: f64, duration_s: f64) 
     driven(motor, (0..samples).map(at).collect(), sample_time_s)
 }
 
-/// A run of the lab handout's motor as a host sees it that has only arrivals to time it by: late by 1 to 3 ms,
-/// in bunches of 4 ms.
+/// A run of the lab handout's motor with arrival times only: late by 1 to 3 ms, in bursts of 4 ms.
 fn timed_by_arrival(duration_s: f64) -> Run {
     let run = simulated(&Motor::default(), "reversing", 0.005, duration_s);
     let (mut late, mut before) = (0.0_f64, f64::NEG_INFINITY);
     let arrivals = run.t_s.iter().map(|t_s| {
-        // A sequence without a rhythm: the fractions of the squares of pi's multiples.
+        // A non-periodic sequence: the fractions of the squares of pi's multiples.
         late += 1.0;
         let line_s = t_s + 0.001 + 0.002 * (late * late * std::f64::consts::PI).fract();
         before = ((line_s / 0.004).ceil() * 0.004).max(before + 1e-6);
@@ -89,7 +88,7 @@ fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
     let motor = Motor::default();
     for duration_s in [3.0, 12.0] {
         let mut run = timed_by_arrival(duration_s);
-        // Taken for the board's times, they scatter as no right model does.
+        // As the board's times, they have a scatter that no true model reproduces.
         let believed = diagnosed(std::slice::from_ref(&run), &motor);
         let is_nothing = matches!(believed.verdict, Verdict::NoGap | Verdict::Parameters);
         assert!(!is_nothing, "{}", believed.sentence);
@@ -104,7 +103,7 @@ fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
     }
 }
 
-/// Effects that a verdict names, each with the class that stands for it.
+/// Effects that a verdict names, each with its class.
 fn named(found: &Diagnosis) -> Vec<Vec<&str>> {
     let class_of = |id: &&'static str| -> Vec<&str> {
         let class = (found.classes.iter()).find(|class| class.members.contains(id));
@@ -117,7 +116,7 @@ fn named(found: &Diagnosis) -> Vec<Vec<&str>> {
 fn stribeck_friction_is_identified_and_removes_the_error() {
     let (case, found) = diagnosis(5, "stribeck");
     println!("{}", found.sentence);
-    // A breakaway torque apart from sliding friction looks nearly like it: at most one class of them.
+    // Static friction separate from sliding friction is similar: at most one class of them.
     let named = named(&found);
     assert_eq!(named.len(), 1, "{named:?}");
     assert!(named[0].contains(&"stribeck"), "{named:?}");
@@ -135,7 +134,7 @@ fn stribeck_friction_is_identified_and_removes_the_error() {
     );
 }
 
-/// Beside the best pair every other effect is tried.
+/// In addition to the best pair every other effect is tried.
 #[test]
 fn a_third_effect_is_identified_where_two_leave_much() {
     let truth: [(&str, &[f64]); 3] = [
@@ -152,7 +151,7 @@ fn a_third_effect_is_identified_where_two_leave_much() {
     .map(|(name, sample_time_s, duration_s)| simulated(&motor, name, sample_time_s, duration_s));
     let found = diagnosed(&runs, &Motor::default());
     println!("{found}");
-    // Each of the three is identified, by itself or by its class, and nothing beside them.
+    // Each of the three is identified, alone or by its class, and no others.
     let named = named(&found);
     assert_eq!(named.len(), truth.len(), "{named:?}");
     for (id, _) in truth {
@@ -162,7 +161,7 @@ fn a_third_effect_is_identified_where_two_leave_much() {
     assert!(found.gap.after_effect < 0.4, "{:?}", found.gap);
 }
 
-/// Its samples come late together from then on, which neither lost edges nor late samples do.
+/// Its samples are late together from then on, unlike with lost edges or late samples.
 #[test]
 fn gaps_in_the_time_stamps_are_no_effect_of_the_catalogue() {
     let (_, found) = diagnosis(31, "clock_stall");
@@ -171,7 +170,7 @@ fn gaps_in_the_time_stamps_are_no_effect_of_the_catalogue() {
         "{}",
         found.sentence
     );
-    // A clock that is off does not stand still.
+    // A clock with a rate error has no gap.
     let (_, found) = diagnosis(32, "clock_error");
     assert_eq!(found.effects, ["clock_error"], "{}", found.sentence);
 }

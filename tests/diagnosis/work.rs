@@ -1,4 +1,5 @@
-//! The cost of a diagnosis on any machine: samples simulated, a derivative counted as many again, as the document states them.
+//! Machine-independent cost of a diagnosis: samples simulated, a derivative counted as many again, as in the
+//! document.
 
 use motorlab::diagnose::{Options, diagnose};
 use motorlab::motor::{Motor, catalogue};
@@ -7,17 +8,17 @@ use crate::recorded::{Effects, LEVELS, recorded, with};
 
 /// Samples of each recording: five seconds at 10 ms.
 const SAMPLES: usize = 500;
-/// Most samples simulated for each sample of the recording. Within the noise floor nothing is searched: the motor is fitted, and its
-/// intervals are. With effects the search fits 15 sets at first and a third as many a round, each some ten steps of Levenberg-Marquardt of
-/// up to ten derivatives: 2 s of one core for 500 samples.
+/// Most samples simulated per recorded sample. Within the noise floor there is no search: the motor and its intervals
+/// are fitted. With effects the search fits 15 sets in the first round and a third as many in others, each with some
+/// ten steps of Levenberg-Marquardt and up to ten derivatives: 2 s of one core for 500 samples.
 const NOTHING: f64 = 1_000.0;
 const EFFECTS: f64 = 20_000.0;
-/// Least samples simulated for each: a count that stays behind what is done would pass the bounds.
+/// Least samples simulated per recorded sample: a count that misses work would pass the upper bounds.
 const LEAST: f64 = 20.0;
-/// Tolerated relative growth: another machine's exponentials end a fit a step later.
+/// Tolerated relative increase: another machine's exponentials may end a fit a step later.
 const CHANGED: f64 = 0.15;
 
-/// Samples simulated for each sample recorded.
+/// Samples simulated per recorded sample.
 fn work(effects: Effects<'_>, samples: usize) -> f64 {
     let run = recorded(&with(effects), &LEVELS, 0.01, 0.01 * samples as f64);
     let found = diagnose(&[run], &Motor::default(), &Options::default()).expect("a diagnosis");
@@ -54,7 +55,7 @@ fn simulations_of_each_diagnosis_are_bounded() {
     }
 }
 
-/// Twice the samples are at most twice the work: no more a sample.
+/// Twice the samples are at most twice the work.
 #[test]
 fn work_grows_no_faster_than_the_samples() {
     let (once, twice) = (work(&[], SAMPLES), work(&[], 2 * SAMPLES));

@@ -38,7 +38,6 @@ fn rows() -> Vec<Row> {
         .collect()
 }
 
-/// Follows `$ref` into `$defs`.
 fn resolved<'a>(schema: &'a Value, root: &'a Value) -> &'a Value {
     match schema["$ref"].as_str() {
         Some(target) => root

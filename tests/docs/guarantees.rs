@@ -1,4 +1,4 @@
-//! docs/method/recorder.md names a test for each guarantee: those tests exist.
+//! The tests that docs/method/recorder.md names for its guarantees exist.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ fn named_tests(text: &str) -> Vec<&str> {
     words.filter(|word| word.contains("::")).collect()
 }
 
-/// Where `file::test` or `room::file::test` would be.
+/// Possible source files of `file::test` or `room::file::test`.
 fn sources(path: &[&str]) -> Vec<String> {
     let joined = path.join("/");
     [

@@ -1,5 +1,5 @@
-//! The documentation holds together: links and anchors lead somewhere, every page is found, every command line of the
-//! pages that people copy from is one, and the tutorial runs.
+//! The documentation is consistent: links and anchors have targets, every page is reachable, every printed command
+//! line is valid, and the tutorial runs.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,11 +14,11 @@ use motorlab::cli::CommandLine;
 use motorlab::motor::catalogue::catalogue;
 use serde_json::Value;
 
-/// Words of the page that says how a gap is diagnosed, with its equations.
+/// Most words of the page on the method of the diagnosis, with its equations.
 const METHOD_WORDS: usize = 2000;
-/// Words of the decisions.
+/// Most words of the decisions.
 const DECISIONS_WORDS: usize = 2500;
-/// Lines of the README.
+/// Most lines of the README.
 const README_LINES: usize = 150;
 
 #[test]
@@ -83,7 +83,7 @@ fn every_command_line_to_copy_is_one() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Characters with another meaning in PowerShell, outside of quotes: a chain, a comma, a home folder, another line.
+/// Characters with another meaning in PowerShell, outside quotes: a chain, a comma, a home folder, another line.
 #[test]
 fn the_readmes_commands_work_in_powershell() {
     let page = Page::read(Path::new("README.md"));
@@ -99,7 +99,7 @@ fn the_readmes_commands_work_in_powershell() {
     assert!(!page.text.contains("&&"), "a chain of commands");
 }
 
-/// The documents of the tutorial's commands, in order, run in a folder that has its two files and nothing else.
+/// The documents of the tutorial's commands, in order, run in a folder with its two files only.
 fn tutorial() -> Vec<(Vec<String>, Value)> {
     let page = Page::read(Path::new("docs/tutorial/README.md"));
     let folder = tempfile::tempdir().expect("a folder");
@@ -136,13 +136,14 @@ fn the_tutorial_runs_and_finds_what_it_says() {
         let figure = &document["runs"][run]["position_rmse_counts"];
         figure.as_f64().expect("a number")
     };
-    // A gap of tens of counts of the ramp, and none with what was found.
+    // A gap of tens of counts on the ramp, and none with the identified effect.
     let compared = of("compare");
     assert!(rmse(compared[0], 0) > 20.0, "{}", compared[0]);
     assert!(rmse(compared[1], 1) < 1.0, "{}", compared[1]);
     let hidden = of("design")[0].to_string();
     assert!(hidden.contains("dead_zone"), "{hidden}");
-    // The threshold lies between the two levels at which the motor rests and turns, and the true one in both.
+    // The threshold is between the two levels at which the motor rests and turns, and the true one is in both
+    // intervals.
     let bench = fs::read_to_string(root().join("docs/tutorial/bench.toml")).expect("a file");
     let bench: toml::Table = bench.parse().expect("TOML");
     let truth = bench["effects"]["dead_zone"]["threshold_v"]
@@ -159,7 +160,7 @@ fn the_tutorial_runs_and_finds_what_it_says() {
     }
 }
 
-/// The README's words of the demo's diagnosis are those that the demo prints, `[...]` for what is left out.
+/// The README's text of the demo's diagnosis is what the demo prints, with `[...]` for omitted parts.
 #[test]
 fn the_readme_quotes_what_the_demo_prints() {
     let readme = Page::read(Path::new("README.md"));
@@ -240,7 +241,7 @@ fn the_book_is_built_where_mdbook_is() {
     assert!(dead.is_empty(), "{}", dead.join("\n"));
 }
 
-/// A picture is read on a dark page and on a light one, whatever the reader's eyes have chosen: it has paper of its own.
+/// Pictures have a background of their own, so that they are readable on light and dark pages.
 #[test]
 fn every_picture_lies_on_its_own_paper() {
     let pictures = files_below(&root().join("docs"));
@@ -252,7 +253,6 @@ fn every_picture_lies_on_its_own_paper() {
     assert_eq!(bare.next(), None);
 }
 
-/// Files of a folder and of the folders in it.
 fn files_below(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder");
     let paths = entries.map(|entry| entry.expect("an entry").path());
@@ -263,7 +263,7 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(of).collect()
 }
 
-/// Pages of a book, but for the whole on one page and the page of what is not found, which stand elsewhere.
+/// Pages of a book, except the print page and the error page.
 fn html_below(folder: &Path) -> Vec<PathBuf> {
     let is_page = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::support::pages::root;
 
-/// What is read: files and folders, from the root.
+/// Files and folders that are searched, from the root.
 const COVERED: &[&str] = &[
     "README.md",
     "CHANGELOG.md",
@@ -22,18 +22,18 @@ const COVERED: &[&str] = &[
     "workflow",
 ];
 
-/// Files that are not read: this list, data and the notices of others.
+/// Files that are not searched: this list, data and the notices of others.
 const LEFT_OUT: &[&str] = &[
     "tests/docs/vocabulary.rs",
     "src/report/uplot",
-    // Independent programs with names of their own, and tables of earlier runs.
+    // Independent programs with their own names, and tables of earlier runs.
     "tests/reference",
     "tests/thorough",
     "tests/real/maps",
     "docs/real/found.json",
 ];
 
-/// Extensions of files that people read.
+/// Extensions of searched files.
 const EXTENSIONS: &[&str] = &[
     "c", "cpp", "css", "h", "html", "ino", "js", "json", "md", "py", "pyi", "rs", "snap", "toml",
 ];
@@ -130,7 +130,8 @@ const BANNED: &[(&str, &str)] = &[
     ("% sure", "P = ..."),
 ];
 
-/// Phrases that readers of the pages read twice, with the plain words. Searched in the pages of [`PAGES`] only.
+/// Phrases that readers of the pages had to read twice, with the plain words. Searched in the pages of [`PAGES`]
+/// only.
 const BANNED_IN_PAGES: &[(&str, &str)] = &[
     ("begins anew", "restarts, wraps"),
     ("cannot see", "cannot show, not visible"),
@@ -184,7 +185,7 @@ const BANNED_IN_ROOMS: &[(&str, &str)] = &[
     ("unasked", "without a request"),
 ];
 
-/// Where [`BANNED_IN_ROOMS`] is not searched: history, the sketch on the board, and rooms with words of their own.
+/// Where [`BANNED_IN_ROOMS`] is not searched: history, the sketch, and modules with their own words.
 const OTHER_ROOMS: &[&str] = &[
     "CHANGELOG.md",
     "firmware-protocol/arduino",
@@ -199,10 +200,9 @@ const OTHER_ROOMS: &[&str] = &[
     "web",
 ];
 
-/// Pages that people read, from the root: every `.md` file of these.
+/// Pages: every `.md` file of these.
 const PAGES: &[&str] = &["README.md", "docs", "firmware-protocol"];
 
-/// Files below a path that are read.
 fn files(path: PathBuf, found: &mut Vec<PathBuf>) {
     if LEFT_OUT.iter().any(|out| path == root().join(out)) {
         return;
@@ -235,7 +235,7 @@ fn running(text: &str) -> String {
     joined.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Words of an identifier apart: `kept_back` and `KeptBack` as `kept back`.
+/// Words of an identifier separated: `kept_back` and `KeptBack` as `kept back`.
 fn with_parts_of_identifiers(text: &str) -> String {
     let mut out = String::new();
     let mut before = ' ';
@@ -251,7 +251,7 @@ fn with_parts_of_identifiers(text: &str) -> String {
     out
 }
 
-/// Where a phrase stands as whole words.
+/// Positions of a phrase as whole words.
 fn places<'a>(text: &'a str, phrase: &'a str) -> impl Iterator<Item = usize> + 'a {
     let stem = phrase.trim_end_matches('*');
     let is_open = stem.len() < phrase.len();
@@ -290,7 +290,7 @@ fn what_sentences(text: &str) -> Vec<String> {
     found
 }
 
-/// Banned phrases of one text, each with its surroundings and with the term in its place.
+/// Banned phrases of one text, each with its context and its replacement.
 fn findings(text: &str) -> Vec<String> {
     let mut original = text.to_owned();
     for key in PUBLISHED {
@@ -302,7 +302,6 @@ fn findings(text: &str) -> Vec<String> {
     found
 }
 
-/// Which of some banned phrases a text has.
 fn phrases(text: &str, banned: &[(&str, &str)]) -> Vec<String> {
     let spaced = running(text).to_lowercase();
     let parted = with_parts_of_identifiers(&running(text));

@@ -1,4 +1,4 @@
-//! `motorlab effects` and `motorlab motor`: the catalogue as people read it, and motor files to begin with.
+//! `motorlab effects` and `motorlab motor`: the catalogue for readers, and templates of motor files.
 
 use std::fs;
 
@@ -57,7 +57,7 @@ fn one_effect_a_stage_and_another_motor_can_be_asked_for() {
     let sensor = document(&in_folder(&["effects", "sensor", "--json"]));
     let sensor = sensor["effects"].as_array().expect("a list");
     assert!(sensor.len() > 1 && sensor.iter().all(|effect| effect["stage"] == "sensor"));
-    // A current limit is a share of the stall current: twice the resistance, half the range.
+    // A current limit is relative to the stall current: twice the resistance, half the range.
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(
         folder.path().join("motor.toml"),
@@ -138,7 +138,7 @@ fn the_template_is_a_motor_file_that_every_command_reads_without_a_word() {
     let done = run(folder.path(), &simulate);
     assert_eq!((done.status, done.messages.as_str()), (Some(0), ""));
     assert_eq!(document(&done).get("handout_values"), None);
-    // Again over its own file, but never over another's.
+    // Its own file is replaced, another's is not.
     fs::write(folder.path().join("mine.toml"), "supply_v = 6\n").unwrap();
     let again = |name: &str| run(folder.path(), &["motor", "--template", "-o", name]).status;
     assert_eq!(

@@ -1,5 +1,5 @@
-//! Every effect of the catalogue through the three commands that take one: `simulate --motor`, `compare --motor`,
-//! `capture "virtual:?effect=..."`; and axes that are driven by voltage, current or torque.
+//! Every effect of the catalogue in the three commands that take one: `simulate --motor`, `compare --motor`, `capture
+//! "virtual:?effect=..."`; and axes that are driven by voltage, current or torque.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,8 +10,8 @@ use motorlab::motor::catalogue::{EffectKind, catalogue};
 
 const SAMPLE_TIME_S: f64 = 0.003;
 
-/// The keys of an effect with values in its plausible range: more of it than where the file leaves the key out, so that
-/// a value that did not arrive would show.
+/// The keys of an effect with values in its plausible range, stronger than the defaults, so that a value that is not
+/// passed on is visible.
 fn values(kind: &EffectKind) -> Vec<(&'static str, f64)> {
     let parameters = Motor::default().parameters;
     kind.parameters
@@ -21,18 +21,18 @@ fn values(kind: &EffectKind) -> Vec<(&'static str, f64)> {
             let value = match p.key {
                 "encoder_side" => 1.0,
                 "counts_per_rev" => 500.0,
-                // A level that the drive below has and that is worth losing.
+                // A level that the drive below has and whose loss is visible.
                 "threshold_v" => 1.0,
                 "phase_rad" => 0.4,
                 "max_rate_hz" => 0.0,
                 "time_constant_s" => 1.0,
-                // Holds where the drive below turns back to 0.9 V.
+                // Holds when the drive below returns to 0.9 V.
                 "torque_nm" if kind.id == "static_friction" => hi,
                 // Slips in every reversal of the drive below.
                 "torque_nm" if kind.id == "slipping_clutch" => lo,
-                // The shaft comes to rest near the middle of a count: at rest rounding leaves up to half a count.
+                // The shaft comes to rest near the middle of a count: at rest quantization is up to half a count.
                 "gain" => 1.15,
-                // The full level turns at less than what the back EMF allows.
+                // The speed at full level is below the back-EMF limit.
                 "rate_hz" => lo,
                 _ => 0.5 * (hi + p.default(&parameters, SAMPLE_TIME_S)),
             };
@@ -54,7 +54,7 @@ fn motor_file(directory: &Path, kind: &EffectKind) -> (String, String) {
     (path.to_str().unwrap().to_owned(), board)
 }
 
-/// Levels, crawling and reversals: what shows every effect.
+/// Levels, slow motion and reversals, which excite every effect.
 fn profile(directory: &Path, factor: f64) -> String {
     let levels = [
         (0.0, 0.0),
@@ -76,7 +76,7 @@ fn profile(directory: &Path, factor: f64) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// Output of `compare` for a run against a motor file, or against the nominal motor.
+/// The gap that `compare` prints for a run against a motor file, or against the nominal motor.
 fn gap_counts(directory: &Path, recorded: &str, motor: Option<&str>) -> f64 {
     let mut arguments = vec!["compare", recorded, "--json"];
     arguments.extend(motor.iter().flat_map(|path| ["--motor", path]));
@@ -112,7 +112,7 @@ fn every_effect_is_simulated_captured_and_compared() {
             assert!(RunFile::read(&directory.join(path)).rows.len() >= 1000);
             let with = gap_counts(directory, path, Some(&motor));
             let without = gap_counts(directory, path, None);
-            // Rounding leaves 0.29 counts at most; edges that are lost at random and samples late at random leave more.
+            // Quantization is 0.29 counts at most; randomly lost edges and late samples are more.
             let most = if kind.random { 8.0 } else { 0.35 };
             if with > most || without < with + 0.05 {
                 wrong.push(format!(

@@ -1,4 +1,4 @@
-//! The catalogue of effects: its table, its commands, and effects as other commands take them.
+//! The catalogue of effects: its table, its commands, and effects in other commands.
 
 #[path = "../support/mod.rs"]
 mod support;

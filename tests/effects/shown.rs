@@ -1,9 +1,10 @@
-//! The experiment that `motorlab effects ID` names shows the effect at its default strength: no motor without the effect
-//! makes the same run. An effect that is equal to a parameter change is not identifiable, and is listed as such.
+//! The experiment named by `motorlab effects ID` shows the effect at its default strength: no motor without the
+//! effect makes the same run. An effect that is equal to a parameter change is not identifiable, and is listed as
+//! such.
 //!
-//! The separation is `D^2 = min over parameters of sum (x - x_nominal)^2`, one count the unit: of a motor without
-//! inductance of its own to change, voltage in and counts out tell gain, time constant and friction, which back EMF,
-//! inertia and Coulomb friction span. D = 3 is what a diagnosis takes for a difference.
+//! The separation is `D^2 = min over parameters of sum (x - x_nominal)^2` in units of one count: for a motor without
+//! inductance, voltage and counts determine gain, time constant and friction, which back EMF, inertia and Coulomb
+//! friction span. D = 3 is the threshold of a diagnosis.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +18,7 @@ use motorlab::motor::{
 };
 use nalgebra::{DMatrix, DVector};
 
-/// Separation from which on two models are two.
+/// Separation from which two models differ.
 const SEEN: f64 = 3.0;
 
 /// The base numbers that are refitted.
@@ -27,7 +28,7 @@ const BASE: [&str; 3] = [
     "coulomb_friction_nm",
 ];
 
-/// Factors on them from which a refit starts: about the nominal, and where friction or inertia has taken up the effect.
+/// Factors on them as starts of a refit: near the nominal, and where friction or inertia imitates the effect.
 const STARTS: [[f64; 3]; 7] = [
     [1.0, 1.0, 1.0],
     [1.0, 1.0, 0.3],
@@ -76,7 +77,7 @@ impl Bench {
         simulate(motor, &drive, &SimulationOptions::default()).expect("a motion")
     }
 
-    /// Response of the motor: counts before they are rounded; of a random effect, whose mean is no run, the counts.
+    /// Response of the motor: counts before quantization; for a random effect the counts.
     fn shown(&self, motor: &Motor, random: bool) -> Vec<f64> {
         let run = self.recorded(motor);
         if random {
@@ -87,7 +88,7 @@ impl Bench {
         }
     }
 
-    /// Shown counts less a motor's; where inside a count it started is free where the counts are rounded.
+    /// Observed counts minus a motor's; the initial fraction of a count is free for quantized counts.
     fn differences(&self, motor: &Motor, shown: &[f64], rounded: bool) -> Option<Vec<f64>> {
         let mut angles = vec![0.0; shown.len()];
         self.simulator
@@ -101,8 +102,7 @@ impl Bench {
         Some(raw.into_iter().map(|r| r - start).collect())
     }
 
-    /// The least sum of squares over the base numbers from one start, by Levenberg's and Marquardt's steps in their
-    /// logarithms.
+    /// The least sum of squares over the base parameters from one start, by Levenberg-Marquardt in their logarithms.
     fn refitted_from(&self, start: Motor, shown: &[f64], rounded: bool) -> f64 {
         let ids = BASE.map(|key| ParameterId::nominal(key).expect("a key"));
         let samples = shown.len();
@@ -159,7 +159,6 @@ impl Bench {
         least
     }
 
-    /// The same from every start.
     fn refitted(&self, shown: &[f64], rounded: bool) -> f64 {
         let from = |factors: [f64; 3]| {
             let mut motor = Motor::default();
@@ -171,7 +170,7 @@ impl Bench {
         STARTS.into_iter().map(from).fold(f64::INFINITY, f64::min)
     }
 
-    /// Separation of a motor from the nominal one, before and after its base numbers are refitted.
+    /// Separation of a motor from the nominal one, before and after its base parameters are refitted.
     fn separation(&self, motor: &Motor, random: bool) -> [f64; 2] {
         let shown = self.shown(motor, random);
         let left = self.differences(&Motor::default(), &shown, random);
@@ -194,13 +193,13 @@ fn with(kind: &EffectKind, values: &[f64]) -> Motor {
     motor
 }
 
-/// The strength that `virtual:?effect=ID` has.
+/// The default strength of `virtual:?effect=ID`.
 fn defaults(kind: &EffectKind) -> Vec<f64> {
     let effect = ActiveEffect::from_keys(kind.id, [], &Parameters::default()).expect("its id");
     effect.parameters().map(|(_, value)| value).collect()
 }
 
-/// Every effect, and what a motor may have a second time.
+/// Every effect, and second instances.
 fn effects() -> impl Iterator<Item = &'static EffectKind> {
     catalogue().iter().chain(again())
 }
@@ -223,7 +222,7 @@ fn the_default_strength_of_each_effect_shows() {
     assert!(unseen.is_empty(), "{unseen:?}");
 }
 
-/// Half way from the default to the largest plausible value, so that it is a strength that shows before the refit.
+/// Half way from the default to the largest plausible value, so that it is visible before the refit.
 #[test]
 fn unidentifiable_effects_are_reproduced_by_base_parameters() {
     for kind in effects().filter(|kind| not_identifiable(kind).is_some()) {

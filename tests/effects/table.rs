@@ -1,5 +1,5 @@
-//! docs/reference/effects.md is the catalogue, written out, with a picture of each effect's trace.
-//! `UPDATE_DOCS=1 cargo test --test effects table::` writes both anew.
+//! docs/reference/effects.md is the catalogue as text, with a figure of each effect's trace. `UPDATE_DOCS=1 cargo
+//! test --test effects table::` regenerates both.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -15,9 +15,9 @@ use motorlab::motor::{
 use motorlab::report::{Figure, Panel, Series, Size, Stroke, svg};
 use motorlab::units::rpm_from_rad_s;
 
-/// Samples from point to point of a picture: at 3 ms the lab's slow sample time, 30 ms.
+/// Samples between the points of a figure: at 3 ms the lab's slow sample time, 30 ms.
 const EVERY: usize = 10;
-/// Fits a page of text, and a phone.
+/// For a page of text, and a phone.
 const PICTURE: Size = Size {
     width: 640,
     height: 340,
@@ -121,7 +121,7 @@ fn scale(scale: Scale) -> &'static str {
     }
 }
 
-/// Where its picture stands, from the page.
+/// Path of its figure from the page.
 fn picture(kind: &EffectKind) -> String {
     format!("effects/{}.svg", kind.id)
 }
@@ -247,7 +247,7 @@ fn each_effect_has_its_picture_with_a_gap_in_it() {
             named,
             "{path:?}: UPDATE_DOCS=1 cargo test --test effects table::"
         );
-        // The last curve is the gap: it uses the height of its panel, and is no line of noise from rounding.
+        // The last curve is the gap: it uses the height of its panel, and is not quantization noise.
         let gap = drawn
             .rsplit("<path class=\"curve\" d=\"")
             .next()

@@ -7,7 +7,7 @@ use crate::actuator_cases::{cases, compare};
 use crate::support;
 use crate::support::command::run;
 
-/// Reads commands and writes the angle that the encoder sees after each step.
+/// Reads commands and writes the encoder's angle after each step.
 const C_CALLER: &str = "#include \"motor.c\"\n#include <stdio.h>\n\
 int main(void) {\n    motor_state s;\n    double volts;\n    motor_start(&s);\n\
     while (scanf(\"%lf\", &volts) == 1) {\n        motor_step(&s, volts);\n\
@@ -48,7 +48,7 @@ fn c_moves_as_the_simulator() {
     compare(&cases);
 }
 
-/// The same of the Python modules in all folders of the directory that it runs in.
+/// The same for the Python modules in all folders of its working directory.
 const PYTHON_CALLER: &str = "import glob, runpy\n\
 for folder in glob.glob('motor_*'):\n\
 \x20   motor = runpy.run_path(folder + '/motor.py')\n\
@@ -72,7 +72,7 @@ fn python_moves_as_the_simulator() {
     compare(&cases);
 }
 
-/// Runs a Python script; whether there is a Python.
+/// Runs a Python script; returns whether there is a Python.
 fn python(script: &str, directory: &Path) -> bool {
     let ran = Command::new("python3")
         .args(["-c", script])
@@ -87,7 +87,7 @@ fn python(script: &str, directory: &Path) -> bool {
     true
 }
 
-/// A load that friction holds moves nothing, and the torque returned holds it; one that it does not hold turns the motor.
+/// A load below friction causes no motion, and the returned torque balances it; a larger one turns the motor.
 const LOADED: &str = "import runpy\n\
 motor = runpy.run_path('motor.py')\n\
 for load, moves in ((0.019, False), (0.021, True), (-0.021, True)):\n\
@@ -150,7 +150,7 @@ fn effects_of_the_recording_are_named() {
             );
             assert!(exported.messages.contains(id));
         }
-        // A file that this command wrote it replaces; another one stays.
+        // The command replaces its own file, but not another one.
         assert_eq!(run(directory.path(), &asked).status, Some(0));
         std::fs::write(directory.path().join(file), "mine\n").expect("a file");
         assert_eq!(run(directory.path(), &asked).status, Some(2));

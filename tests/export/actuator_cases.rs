@@ -1,4 +1,5 @@
-//! Motors with each effect of the catalogue, exported, and how far another program's angle lies from the simulator's.
+//! Exported motors with each effect of the catalogue, and the error of another program's angle against the
+//! simulator's.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -8,12 +9,12 @@ use motorlab::motor::{ActiveEffect, CommandKind, Drive, Motor, SimulationOptions
 
 use crate::support::command::run;
 
-/// Largest error at any sample, in counts of the handout's encoder: what the task allows a step, here of a whole run.
+/// Largest error at any sample, in counts of the handout's encoder, over a whole run.
 const MOST_COUNTS: f64 = 0.01;
 /// Step of the programs, in s.
 pub const STEP_S: f64 = 0.001;
 
-/// Effects that meet in one place of the equations, beside those one by one.
+/// Effects that interact in the equations, in addition to single ones.
 const PAIRS: [&[&str]; 9] = [
     &["backlash", "compliance"],
     &["backlash", "static_friction"],
@@ -26,14 +27,14 @@ const PAIRS: [&[&str]; 9] = [
     &["winding_heating", "magnet_weakening"],
 ];
 
-/// A motor's folder, with the commands for the program and the angles that the simulator has for them.
+/// A motor's folder, with the commands for the program and the simulator's angles.
 pub struct Case {
     pub folder: PathBuf,
     name: String,
     angles_rad: Vec<f64>,
 }
 
-/// Steps and a stop, each held for `hold_s`, then reversals whose amplitude falls.
+/// Steps and a stop, each held for `hold_s`, then reversals of decreasing amplitude.
 fn command(t_s: f64, hold_s: f64) -> f64 {
     const LEVELS_V: [f64; 8] = [4.5, -1.0, 0.0, 0.7, -4.5, 0.25, 0.0, 2.0];
     let k = (t_s / hold_s + 1e-9).floor() as usize;
@@ -56,7 +57,7 @@ fn is_the_motors(stage: Stage, id: &str) -> bool {
     !matches!(stage, Stage::Sensor | Stage::Timing) && id != "command_offset"
 }
 
-/// Every motor in a folder of its own below `directory`, exported with `arguments` after `motorlab export`.
+/// Every motor in its folder below `directory`, exported with `arguments` after `motorlab export`.
 pub fn cases(directory: &Path, hold_s: f64, arguments: &[&str]) -> Vec<Case> {
     let kinds = catalogue()
         .iter()
@@ -106,7 +107,7 @@ fn case(directory: &Path, set: &[&str], hold_s: f64, arguments: &[&str]) -> Case
     }
 }
 
-/// Compares the angles that a program has left in `angles.txt` of each folder.
+/// Compares the angles of a program in `angles.txt` of each folder.
 pub fn compare(cases: &[Case]) {
     let counts_per_rad = Motor::default().parameters.counts_per_rev / std::f64::consts::TAU;
     let (mut table, mut failed) = (String::new(), false);
@@ -121,7 +122,7 @@ pub fn compare(cases: &[Case]) {
             .iter()
             .zip(&case.angles_rad)
             .map(|(a, b)| (a - b).abs() * counts_per_rad);
-        // Not a number is no match.
+        // NaN is a mismatch.
         let worst = errors.fold(0.0, |worst: f64, e| {
             if e.is_nan() {
                 f64::INFINITY

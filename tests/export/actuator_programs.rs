@@ -6,11 +6,11 @@ use std::process::Command;
 use crate::actuator_cases::{cases, compare};
 use crate::support;
 
-/// Time for which each command is held where every operation is interpreted, in s: a tenth of a second each would take minutes. With 20 ms
-/// the simulator misses two events within one of its steps (docs/method/simulation.md).
+/// Duration of each command for interpreted programs, in s: a tenth of a second would take minutes. With 20 ms the
+/// simulator misses two events within one of its steps (docs/method/simulation.md).
 const SHORT_HOLD_S: f64 = 0.03;
 
-/// In every folder: the state as the file's first lines give it, then a step for each command.
+/// In every folder: the initial state from the file's first lines, then a step for each command.
 const OCTAVE_CALLER: &str = "\
 folders = glob('motor_*');
 for n = 1:numel(folders)
@@ -52,8 +52,8 @@ fn octave_moves_as_the_simulator() {
     compare(&cases);
 }
 
-/// MuJoCo integrates the joint; the encoder may sit on the motor side, which the module alone knows. At the end the joint is where the
-/// module has its output shaft.
+/// MuJoCo integrates the joint; an encoder on the motor side is known to the module only. At the end the joint has
+/// the angle of the module's output shaft.
 const MUJOCO_CALLER: &str = "import glob, runpy, mujoco\n\
 for folder in glob.glob('motor_*'):\n\
 \x20   model = mujoco.MjModel.from_xml_path(folder + '/motor.xml')\n\
@@ -83,7 +83,7 @@ fn mujoco_moves_as_the_simulator() {
     }
 }
 
-/// A torque from outside that friction holds, and one that it does not hold: as a load in the simulator.
+/// An external torque that friction holds, and one that it does not: as a load in the simulator.
 const MUJOCO_LOADED: &str = "import runpy, mujoco\n\
 model = mujoco.MjModel.from_xml_path('motor.xml')\n\
 data = mujoco.MjData(model)\n\
@@ -124,8 +124,8 @@ fn in_mujoco_friction_holds_a_load_from_outside() {
     );
 }
 
-/// A joint of inertia alone, moved by the class as Isaac Lab does: two environments, of which the second has the voltages reversed in
-/// time and is reset in between, so that the first is not disturbed by it.
+/// A joint with inertia alone, driven by the class as in Isaac Lab: two environments, the second with time-reversed
+/// voltages and a reset in between, which must not affect the first.
 const TORCH_CALLER: &str = "import glob, runpy, types, torch\n\
 torch.set_num_threads(1)\n\
 for folder in glob.glob('motor_*'):\n\
@@ -163,7 +163,7 @@ fn torch_moves_as_the_simulator() {
     }
 }
 
-/// Runs a script in a Python that has this package; without one the test is skipped by name.
+/// Runs a script in a Python with this package; without one the test is skipped.
 fn python_with(package: &str, test: &str, script: &str, directory: &Path) -> bool {
     let named = std::env::var("MOTORLAB_PYTHON").ok();
     let own = concat!(env!("CARGO_MANIFEST_DIR"), "/target/export-venv/bin/python");
@@ -183,7 +183,7 @@ fn python_with(package: &str, test: &str, script: &str, directory: &Path) -> boo
     false
 }
 
-/// Runs a program to its end; whether it is there.
+/// Runs a program to its end; returns whether it is installed.
 fn ran(program: &str, arguments: &[&str], directory: &Path) -> bool {
     let ran = Command::new(program)
         .args(arguments)

@@ -1,4 +1,4 @@
-//! Motors and runs in other programs' formats, read by those programs where they are installed.
+//! Motors and runs in other programs' formats, read by those programs if they are installed.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use crate::support;
 use crate::support::command::{RunFile, run};
 
-/// A motor file with one effect that MuJoCo and URDF can hold and one that they cannot.
+/// A motor file with one effect that MuJoCo and URDF can express and one that they cannot.
 const WITH_EFFECTS: &str = "resistance_ohm = 7.5\n[effects.coulomb_friction]\ntorque_nm = 0.031\n\
 [effects.cogging]\ntorque_nm = 0.01\ncycles_per_rev = 12\nphase_rad = 0.3\n";
 
@@ -112,7 +112,7 @@ fn octave_runs_the_parameters_and_loads_the_run() {
     }
     assert_eq!(read.len(), expected.len());
     for (k, (read, expected)) in read.iter().zip(&expected).enumerate() {
-        // Octave multiplies 2 pi out by itself; all else is read back bit by bit.
+        // Octave evaluates 2 pi itself; everything else reads back bitwise.
         let same = read == expected || (read.is_nan() && expected.is_nan());
         assert!(
             same || (read / expected - 1.0).abs() < 1e-15,
@@ -137,7 +137,7 @@ fn inexpressible_effects_are_named() {
             "{}",
             refused.messages
         );
-        // Friction both formats have.
+        // Both formats have friction.
         let (_, why) = refused.messages.split_once("error: ").expect("why");
         assert!(!why.contains("coulomb_friction"), "{why}");
         assert!(!directory.path().join(&file).exists());

@@ -1,4 +1,4 @@
-//! Exported runs, opened by readers that are not ours: pyarrow and the mcap package.
+//! Exported runs, opened by independent readers: pyarrow and the mcap package.
 #![cfg(all(feature = "parquet", feature = "mcap"))]
 
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use crate::support::command;
 use motorlab::recording::{Flags, Run, difference_velocities, read_run, write_run};
 use serde_json::Value;
 
-/// The interpreter that tests/formats/install sets up, or the test is skipped.
+/// The interpreter of tests/formats/install, or the test is skipped.
 fn python(test: &str) -> Option<PathBuf> {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/formats-venv/bin/python");
     if python.exists() && python.with_file_name("../installed.txt").exists() {
@@ -34,7 +34,7 @@ fn read(python: &Path, format: &str, file: &Path) -> Value {
     serde_json::from_slice(&output.stdout).expect("JSON")
 }
 
-/// A run with every column, a loss, cells that are empty, and counts beyond what a double holds.
+/// A run with every column, a loss, empty cells, and counts beyond the precision of a double.
 fn run(folder: &Path) -> (PathBuf, Run) {
     let samples = 5000;
     let seq: Vec<u64> = (0..samples).map(|k| k + 3 * u64::from(k > 100)).collect();
@@ -83,7 +83,6 @@ fn numbers(read: &Value, column: &str) -> Vec<Option<f64>> {
     values.iter().map(Value::as_f64).collect()
 }
 
-/// The columns that are numbers, as the run has them.
 fn expected(run: &Run) -> Vec<(&'static str, Vec<Option<f64>>)> {
     let all = |values: &[f64]| -> Vec<Option<f64>> {
         values.iter().map(|&x| (!x.is_nan()).then_some(x)).collect()
@@ -103,7 +102,7 @@ fn expected(run: &Run) -> Vec<(&'static str, Vec<Option<f64>>)> {
     ]
 }
 
-/// The same numbers in the same places; reading JSON may cost the last bit of one.
+/// Equal numbers in equal places; reading JSON may lose the last bit.
 fn agree(found: &[Option<f64>], expected: &[Option<f64>], column: &str) {
     assert_eq!(found.len(), expected.len(), "{column}");
     let same = |found: Option<f64>, expected: Option<f64>| match (found, expected) {

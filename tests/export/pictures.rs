@@ -1,4 +1,4 @@
-//! `compare` on several runs at once: what it draws on the terminal, as SVG and as one page.
+//! `compare` on several runs: its plots on the terminal, as SVG and as one page.
 
 use crate::support::command;
 use crate::support::command::run;
@@ -22,7 +22,7 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
         let done = run(directory.path(), &arguments);
         assert_eq!(done.status, Some(0), "{}", done.messages);
     }
-    // A motor file of one key: the rest is the handout's.
+    // A motor file with one key: the rest is the handout's.
     let file = |name: &str| std::fs::read_to_string(directory.path().join(name)).expect("a file");
     std::fs::write(directory.path().join("heavy.toml"), "inertia_kg_m2 = 0.004").expect("room");
     let compare = [
@@ -39,7 +39,7 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
     let done = run(directory.path(), &compare);
     assert_eq!(done.status, Some(0), "{}", done.messages);
 
-    // Without a terminal: no colours, 80 columns, every panel of the worst run with its name, and a line a run.
+    // Without a terminal: no colours, 80 columns, every panel of the worst run with its name, and a line per run.
     assert!(!done.output.contains('\u{1b}'));
     let is_drawn = |c: char| ('\u{2801}'..='\u{28ff}').contains(&c);
     assert!(done.output.contains(is_drawn));
@@ -49,7 +49,7 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
     let plotted = done.output.lines().filter(|line| line.contains('┤'));
     assert!(plotted.map(|line| line.chars().count()).max() <= Some(80));
 
-    // Of three runs or a hundred the picture is of the worst.
+    // For any number of runs the plot is of the worst.
     let gap = |k: usize| {
         json_of(directory.path(), &compare[..5])["runs"][k]["position_rmse_counts"].as_f64()
     };
@@ -76,16 +76,16 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
     }
 
     let page = file("gap.html");
-    // One figure a run, drawn for a desk and for a phone.
+    // One figure per run, for a desktop and for a phone.
     assert_eq!(page.matches("<figure data-plot=").count(), 2);
     assert_eq!(page.matches("<svg").count(), 4);
     assert!(page.contains("inertia_kg_m2 = 0.004") && page.contains("fast.csv"));
-    // Nothing is fetched: no address but SVG's name and where uPlot, which is inside, comes from.
+    // Nothing is fetched: no address but SVG's name space and the source of uPlot, which is inlined.
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
     let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
     assert!(!addresses.contains("http") && page.contains("Copyright (c) 2022 Leon Sorokin"));
     assert_eq!(page.matches("<script").count(), 1);
-    // The lines of the table sort, and the worst run comes first among the pictures.
+    // The table is sortable, and the worst run is the first figure.
     assert!(page.contains("<table class=\"sortable\">"));
 
     // The figures on the page are those of the document.
@@ -153,7 +153,7 @@ fn a_run_that_is_not_usable_is_said_before_it_is_compared() {
     assert!(!sound.contains("is not usable"));
 }
 
-/// Values of a curve under the cursor: the packed value to the decimals that are kept.
+/// Values of a curve under the cursor: the packed value with its decimals.
 #[test]
 fn the_values_that_a_page_tells_are_those_of_the_run() {
     let directory = tempfile::tempdir().expect("a directory");
@@ -187,12 +187,12 @@ fn the_values_that_a_page_tells_are_those_of_the_run() {
     assert!(pairs.all(|(told, recorded)| (told - recorded).abs() < 1e-9));
     assert_eq!(command.len(), column.len());
     assert!(command.contains(&0.0) && command.contains(&2.7));
-    // At rest the recorded speed is no number beside 0.
+    // At rest the recorded speed is no number other than 0.
     let speed = curve("speed (RPM)");
     assert!(speed.iter().filter(|rpm| **rpm == 0.0).count() > 10);
 }
 
-/// Values of a packed curve, to the decimals that it says.
+/// Values of a packed curve, with its decimals.
 fn told(curve: &serde_json::Value) -> Vec<f64> {
     let number = |key: &str| curve[key].as_f64().expect("a number");
     let power = 10_f64.powi(number("decimals") as i32);

@@ -1,4 +1,4 @@
-//! A resistance that nobody measured is named in whatever is written, and one measurement corrects it.
+//! An assumed resistance is named in every output, and one measurement corrects it.
 
 use std::path::Path;
 use std::process::Command;
@@ -82,7 +82,7 @@ fn every_file_says_in_its_first_lines_what_is_assumed() {
         ],
     );
     let document: serde_json::Value = serde_json::from_str(&json.output).expect("JSON");
-    // Friction of 0.031 N m at 10 ohm is the same volts as 0.062 N m at 5 ohm.
+    // Friction of 0.031 N m at 10 ohm is the same voltage as 0.062 N m at 5 ohm.
     assert_eq!(
         document["effects"]["coulomb_friction"]["parameters"]["torque_nm"]["value"],
         0.062
@@ -139,7 +139,7 @@ fn a_motor_file_keeps_that_it_is_assumed_until_it_is_measured() {
     );
 }
 
-/// The angle after some steps of the modules of both resistances.
+/// The angle after some steps of the modules with both resistances.
 const MOVES: &str = "import runpy\n\
 ends = []\n\
 for name in ('assumed.py', 'measured.py'):\n\

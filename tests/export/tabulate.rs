@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::support::command::{Finished, run};
 use serde_json::{Value, json};
 
-/// A diagnosis as `diagnose --json` writes it, of a motor whose friction is `friction` times the file's.
+/// A diagnosis as `diagnose --json` writes it, for a motor whose friction is `friction` times the file's.
 fn diagnosis(unit: &str, day: u32, friction: f64) -> Value {
     let interval = |value: f64, unit: &str| json!({"value": value, "lo95": value - 0.02, "hi95": value + 0.02, "unit": unit});
     let step = |step: &str, rms: f64, share: f64| json!({"step": step, "rms_counts": rms, "share": share, "lo95": share - 0.01, "hi95": share + 0.01, "alternatives": []});
@@ -198,7 +198,7 @@ fn each_diagnosis_cause_and_parameter_has_a_row() {
         ("1", "0.98")
     );
 
-    // Again over what it wrote itself, but not over anything else.
+    // Its own outputs are replaced, others are not.
     assert_eq!(
         tabulate(here, "a.json -o fleet.csv --causes causes.csv").status,
         Some(0)
@@ -212,7 +212,7 @@ fn each_diagnosis_cause_and_parameter_has_a_row() {
     );
 }
 
-/// The second shape is still read: causes with their own probabilities, `none` among them, no error budget.
+/// The second shape is still read: causes with their probabilities, `none` among them, no error budget.
 #[test]
 fn documents_of_the_earlier_shape_are_tabulated() {
     let keep = tempfile::tempdir().expect("a folder");
@@ -285,7 +285,7 @@ fn damaged_documents_are_named_and_passed_over() {
         assert!(done.messages.contains(said), "{said}: {}", done.messages);
     }
     assert_eq!(rows(&here.join("fleet.csv")).len(), 1);
-    // Nothing to tabulate at all is wrong use, and writes nothing.
+    // Without any diagnosis it is wrong use, and nothing is written.
     let none = tabulate(here, "out/torn.json -o none.csv");
     assert_eq!(
         (none.status, here.join("none.csv").exists()),
@@ -385,7 +385,7 @@ fn parquet_has_the_cells_of_the_csv() {
         let words = format!(
             "d0.json d1.json d2.json -o fleet.{end} --causes causes.{end} --numbers numbers.{end}"
         );
-        // Twice: its own file is replaced.
+        // The second call replaces the first one's files.
         for _ in 0..2 {
             let done = tabulate(here, &words);
             assert_eq!(done.status, Some(0), "{}", done.messages);
@@ -415,8 +415,8 @@ fn parquet_has_the_cells_of_the_csv() {
     }
 }
 
-/// The unit that is faulty in five of five recordings stands first, before one whose friction is far off in the median; each recording
-/// leads to its page.
+/// A unit with the fault in five of five recordings is first, before one whose friction is outlying in the median;
+/// each recording is linked to its page.
 #[test]
 fn a_fault_in_every_recording_of_a_unit_stands_first() {
     let keep = tempfile::tempdir().expect("a folder");
@@ -450,11 +450,11 @@ fn a_fault_in_every_recording_of_a_unit_stands_first() {
     let rows = page.split("Units that stand out").nth(1).expect("a table");
     let at = |text: &str| rows.find(text).unwrap_or_else(|| panic!("no {text}"));
     assert!(at("<td>axis5</td><td>backlash in 5 of 5 recordings</td>") < at("<td>axis2</td>"));
-    // Once in five is no recurrence.
+    // One in five is no recurrence.
     assert!(!page.contains("backlash in 1 of 5"));
     assert!(rows.contains("<a href=\"./out/axis5_1%20%23.html\">2026-03-01</a>"));
     assert_eq!(page.matches("<a href=\"./out/").count(), 2 * 5 + 8 * 5);
-    // The axis of a picture carries the names of the units.
+    // The axis of a figure has the names of the units.
     assert!(page.contains("text-anchor=\"end\">axis5</text>"));
 
     // The same from fits without a motor file: parameters that need no resistance, and torques in V.

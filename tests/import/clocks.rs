@@ -1,4 +1,5 @@
-//! Clocks of other people's logs: in two columns, coarse, as the time since the row before, and columns that are none.
+//! Clocks in logs of other programs: in two columns, coarse, as the time since the previous row, and columns that are
+//! no clock.
 
 use std::fs;
 
@@ -29,7 +30,7 @@ fn a_column_that_does_not_rise_is_no_clock() {
     let truth = Truth::steps(0.01, 300);
     let seconds = |k: usize| format!("{:.2}", truth.t_s(k));
     let servo = |_: usize| "1500".to_owned();
-    // The servo's pulse rises and falls with the throttle.
+    // The servo's pulse width follows the throttle.
     let throttle = |k: usize| (1000 + 2 * truth.pwm[k].max(0)).to_string();
     let names = "Time (s),Servo 3 (µs),ESC (µs)";
     let text = clocked(&truth, names, &[&seconds, &servo, &throttle]);
@@ -39,7 +40,7 @@ fn a_column_that_does_not_rise_is_no_clock() {
         "{said}"
     );
     near(&file.column("t_s"), &truth.times(), 1e-9);
-    // Alone it is asked for, with the columns that there are.
+    // Alone it is an open question, with the existing columns.
     let text = clocked(&truth, "time_us", &[&servo]);
     let said = asked("log.csv", &text, &COUNTS);
     assert!(said.contains("--time COLUMN:UNIT"), "{said}");
@@ -71,7 +72,7 @@ fn seconds_and_their_fraction_in_two_columns_are_one_clock() {
         assert_eq!(counts(&file), truth.counts, "{names}: {said}");
         assert!(said.contains("a row every 0.01 s"), "{names}: {said}");
     }
-    // The same by the mapping that is saved.
+    // The same by the saved mapping.
     let directory = tempfile::tempdir().expect("a directory");
     let text = clocked(&truth, "sec,nanosec", &[&whole, &nanosec]);
     let flags = [&COUNTS[..], &["--save-map", "map.toml"]].concat();
@@ -155,7 +156,7 @@ fn minutes_and_seconds_without_a_fraction() {
         assert!(said.contains("time stamps, a row every 1 s"), "{said}");
         near(&file.column("t_s"), &truth.times(), 1e-9);
     }
-    // Of a spreadsheet that shows no seconds: hours and minutes, or minutes and seconds.
+    // From a spreadsheet without seconds: hours and minutes, or minutes and seconds.
     let truth = Truth::steps(0.01, 600);
     let either = |k: usize| format!("12:{:02}", 34 + k / 150);
     let said = asked("log.csv", &clocked(&truth, "time", &[&either]), &COUNTS);
@@ -174,7 +175,7 @@ fn minutes_and_seconds_without_a_fraction() {
 #[test]
 fn rows_that_arrive_in_bunches_are_asked_about() {
     let truth = Truth::steps(0.002, 1000);
-    // The host's clock, of rows that arrive in bunches of three to eleven.
+    // The host's clock, with rows in bursts of three to eleven.
     let bunch = |k: usize| (k / 14) * 14 + if k % 14 < 3 { 0 } else { 3 };
     let ms = |k: usize| (2 * bunch(k)).to_string();
     let said = asked("log.csv", &clocked(&truth, "host_ms", &[&ms]), &COUNTS);
@@ -191,7 +192,7 @@ fn rows_that_arrive_in_bunches_are_asked_about() {
 #[test]
 fn a_time_since_the_row_before_is_summed() {
     let truth = Truth::steps(0.01, 300);
-    // Jitter that adds up to nothing.
+    // Jitter with a mean of zero.
     let us = |k: usize| 10_000 + [0, 4, -8, 4][k % 4];
     let dt = |k: usize| us(k).to_string();
     let constant = |_: usize| "10000".to_owned();
@@ -217,7 +218,7 @@ fn a_time_since_the_row_before_is_summed() {
         near(&file.column("t_s"), &truth.times(), 1e-5);
         assert_eq!(counts(&file), truth.counts, "{name}: {said}");
     }
-    // Beside a clock it is none.
+    // With another clock it is none.
     let seconds = |k: usize| format!("{:.2}", truth.t_s(k));
     let text = clocked(&truth, "dt_us,time_s", &[&dt, &seconds]);
     let (_, said) = imported("log.csv", &text, &COUNTS);
@@ -279,7 +280,7 @@ fn minutes_and_seconds_are_one_clock() {
     }
 }
 
-/// Arrivals at a host come late and in bunches.
+/// Arrivals at a host are late and in bursts.
 #[test]
 fn the_clock_of_the_device_is_taken_before_that_of_the_host() {
     let truth = Truth::steps(0.01, 300);

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::support::command::{RunFile, run};
 use crate::support::foreign_logs::{Truth, counts, log};
 
-/// A log of which nothing has to be asked: its speed comes in steps of counts, its command is in V.
+/// A log without open questions: its speed has steps of counts, its command is in V.
 fn clear_log(truth: &Truth) -> String {
     let ms = |k: usize| truth.ms(k).to_string();
     let volts = |k: usize| format!("{:.6}", truth.volts(k));
@@ -141,7 +141,7 @@ fn force_replaces_the_run_of_another_log() {
     assert_eq!(replaced.output, "run.csv\n");
     // Two logs, the run, and the one beside it.
     assert_eq!(files(directory.path()), 4);
-    // Never the log itself, and never in place of a run that no log came to.
+    // Never the log itself, and never a run that was not imported.
     let finished = run(
         directory.path(),
         &["import", "b.csv", "-o", "b.csv", "--force"],

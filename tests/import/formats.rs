@@ -1,5 +1,5 @@
-//! `motorlab import FILE` of forms that are no text in columns. The samples in fixtures/formats were written by the libraries of their
-//! own fields (make.py there says which); truth.csv beside them holds what they say.
+//! `motorlab import FILE` of formats other than text columns. The samples in fixtures/formats were written by the
+//! usual libraries (named in make.py there); truth.csv beside them has their content.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use crate::support::command::{Finished, RunFile, run};
 use motorlab::import::Form;
 use proptest::prelude::*;
 
-/// A damaged sample is read or refused within this: whole ones take milliseconds.
+/// A damaged sample is read or refused within this time: valid ones take milliseconds.
 const MOST_TIME: Duration = Duration::from_secs(2);
 
 fn folder() -> PathBuf {
@@ -41,7 +41,7 @@ fn import(directory: &Path, sample: &str, flags: &[&str]) -> Finished {
     run(directory, &arguments)
 }
 
-/// The run of a sample says what truth.csv says.
+/// The run of a sample agrees with truth.csv.
 fn says_the_truth(sample: &str, flags: &[&str]) -> String {
     let directory = tempfile::tempdir().expect("a directory");
     let mut flags = flags.to_vec();
@@ -238,7 +238,7 @@ fn a_form_is_told_by_its_bytes_and_text_is_none() {
     );
 }
 
-/// Reads what may be broken: no panic, no hang, no endless table.
+/// Reads possibly damaged bytes: no panic, no hang, no endless table.
 fn survives(bytes: &[u8], what: &str) {
     let begun = Instant::now();
     if let Some(form) = Form::of(&bytes[..bytes.len().min(1024)])
@@ -295,7 +295,7 @@ proptest! {
             match kind {
                 0 => bytes[at] = value,
                 1 => bytes[at] ^= 1 << (value & 7),
-                // Sizes stand at the beginning more often than elsewhere.
+                // Sizes are more frequent at the beginning.
                 2 => bytes[at % 256] = value,
                 _ => bytes[at..].iter_mut().take(8).for_each(|byte| *byte = 0xff),
             }

@@ -1,5 +1,5 @@
-//! Logs that are text and no plain table: JSON, tuples, tables with bars, pairs of columns, a signal a line, LVM. The counts, times and
-//! commands are those of the motor that was logged.
+//! Text logs that are no plain tables: JSON, tuples, tables with bars, pairs of columns, one signal per line, LVM.
+//! Counts, times and commands are those of the logged motor.
 
 use std::fs;
 
@@ -147,7 +147,7 @@ fn a_pair_of_columns_for_each_signal() {
     let rows = lines(&truth, |t, u, n| format!("{t},{n},{t},{u}"));
     let text = format!("Position [counts],,duty_255,\nTime [ms],Y,Time [ms],Y\n{rows}");
     holds(&truth, &text, &[]);
-    // Each signal at times of its own: the command holds.
+    // Each signal has its own times: the command is held.
     let rows = lines(&truth, |t, u, n| format!("{t}.5,{n},{t},{u}"));
     let text = format!("Position [counts],,duty_255,\nTime [ms],Y,Time [ms],Y\n{rows}");
     let (file, said) = imported("log.csv", &text, &FLAGS);
@@ -280,7 +280,7 @@ fn what_cannot_be_read_says_what_it_is_and_how_it_is_converted() {
     );
 }
 
-/// Rows that a program wraps are rejected by what they were.
+/// Rows in a wrapping syntax are rejected with their reason.
 #[test]
 fn a_bad_row_in_brackets_is_named_by_its_line() {
     let truth = Truth::steps(0.01, 100);

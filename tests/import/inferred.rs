@@ -1,4 +1,5 @@
-//! `motorlab import LOG` without a mapping: what the numbers and the name of the file tell, and what is asked for where they do not.
+//! `motorlab import LOG` without a mapping: facts inferred from the numbers and the file name, and questions about
+//! the others.
 
 use crate::support::command::run;
 use crate::support::foreign_logs::{Truth, asked, counts, import, imported, log, near, proposed};
@@ -49,7 +50,7 @@ fn the_number_of_a_row_is_no_clock() {
         let (file, _) = imported("log.csv", &text, &flags);
         assert_eq!(counts(&file), truth.counts);
         near(&file.column("t_s"), &truth.times(), 1e-9);
-        // Beside a clock it is not asked for, as in what pandas writes.
+        // With a clock it is no question, as in files of pandas.
         let text = log(
             &format!("{name},time_ms,pwm,rpm"),
             truth.rows(),
@@ -61,7 +62,8 @@ fn the_number_of_a_row_is_no_clock() {
     }
 }
 
-/// A ramp of a second in some forty counts: the position rises with the command, and its speed does, as far as rounding lets it be seen.
+/// A ramp of a second in some forty counts: the position increases with the command, and its speed does within
+/// quantization.
 #[test]
 fn a_coarse_position_under_a_ramp_is_one() {
     let text: String = (0..100)
@@ -99,7 +101,7 @@ fn counts_since_the_row_before_are_told_from_a_position() {
         let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
         let (file, said) = imported("log.csv", &text, &flags);
         assert_eq!(counts(&file), truth.counts, "{said}");
-        // A position all the same, as it is said.
+        // A position nevertheless, as stated.
         let position = format!("{name}:counts");
         let said_so = [&both[..], &["--position", &position]].concat();
         let (file, said) = imported("log.csv", &text, &said_so);
@@ -136,7 +138,7 @@ fn the_voltage_in_a_files_name_is_read_however_it_is_written() {
         said.contains("the file's name may say 5V or 9.5V"),
         "{said}"
     );
-    // The duty cycle of a comment.
+    // The duty cycle in a comment.
     let text = format!(
         "# Duty = 25 %\n{}",
         truth.rpm_log("time_ms,x,rpm").replace("x", "ignored")
@@ -150,7 +152,7 @@ fn an_angle_that_fills_one_turn_is_proposed_in_its_unit_and_goes_round() {
     let truth = Truth::steps(0.1, 300);
     let ms = |k: usize| truth.ms(k).to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();
-    // So fast that nothing but the range tells.
+    // So fast that only the range shows it.
     let degrees = |k: usize| (truth.turns(k) * 360.0 + 180.0).rem_euclid(360.0) - 180.0;
     let raw = |k: usize| (truth.turns(k) * 4096.0).round().rem_euclid(4096.0);
     for (names, cell, says) in [

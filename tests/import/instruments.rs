@@ -1,5 +1,5 @@
-//! Logs of measuring instruments: LabVIEW with a time for each signal, oscilloscopes that write a start and an increment, lines above the
-//! rows that state the sample time.
+//! Logs of measuring instruments: LabVIEW with a time for each signal, oscilloscopes with a start and an increment,
+//! header lines that state the sample time.
 
 use crate::support::foreign_logs::{Truth, asked, counts, imported, near, proposed};
 
@@ -32,7 +32,7 @@ fn labview_with_a_time_for_each_signal() {
         format!("{t:.6}\t{u:.6}\t{t:.6}\t{n}\n")
     });
     holds(&truth, &format!("{LABVIEW}{rows}"), &[]);
-    // The command at a tenth of the rate, its columns shorter: it holds.
+    // The command at a tenth of the rate in shorter columns: it is held.
     let rows = text(&truth, |k, t, _, n| match truth.rows().nth(10 * k) {
         Some(at) => format!(
             "{:.6}\t{:.6}\t{t:.6}\t{n}\n",

@@ -1,4 +1,5 @@
-//! `motorlab import LOG` without a mapping: lines that label their numbers, directions in a column of their own, commands that are sums.
+//! `motorlab import LOG` without a mapping: labelled numbers, directions in a separate column, commands that are
+//! sums.
 
 use std::fmt::Write as _;
 
@@ -107,7 +108,7 @@ fn a_direction_in_a_column_of_its_own_signs_the_command() {
         ("time_ms,pwm,dir,counts", [&ms, &pwm, &backwards, &n], flags),
         ("time_ms,pwm,sign,counts", [&ms, &pwm, &sign, &n], flags),
         ("time_ms,pwm,way,counts", [&ms, &pwm, &backwards, &n], &said),
-        // Neither knows a sign: the direction's is both's.
+        // Neither has a sign: the direction applies to both.
         (
             "time_ms,pwm,direction,rpm",
             [&ms, &pwm, &forwards, &rpm],
@@ -166,7 +167,7 @@ fn a_direction_in_words_signs_the_command() {
         );
         near(&file.column("command_v"), &truth.commands(), 1e-9);
         assert_eq!(counts(&file), truth.counts);
-        // Without a sign of the motion the words alone tell.
+        // Without a sign of the motion only the words show it.
         let text = log(
             "time_ms,pwm,dir,rpm",
             truth.rows(),
@@ -243,7 +244,7 @@ fn a_board_that_begins_anew_begins_a_run_of_its_own() {
         assert_eq!(counts(&file), truth.counts[..samples], "{name}");
         near(&file.column("t_s"), &truth.times()[..samples], 1e-9);
     }
-    // A single row with a wrong time is a bad row as ever, in the middle and at the end.
+    // A single row with a wrong time is a bad row, in the middle and at the end.
     for at in [200, 399] {
         let broken = |k: usize| match k {
             k if k == at => "3,0,0\n".to_owned(),

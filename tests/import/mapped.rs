@@ -1,4 +1,4 @@
-//! `motorlab import` of logs made here, whose true counts, times and commands are known.
+//! `motorlab import` of generated logs with known counts, times and commands.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -16,7 +16,7 @@ fn import(directory: &Path, log: impl AsRef<[u8]>, map: &str) -> Finished {
     run(directory, &arguments)
 }
 
-/// The run of an import that went well.
+/// The run of a successful import.
 fn imported(log: impl AsRef<[u8]>, map: &str) -> RunFile {
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), log, map);
@@ -82,7 +82,7 @@ fn angles_and_clocks_that_go_round_are_made_straight() {
     let turning = turning();
     let mut log = "us,x\n".to_owned();
     for (k, &n) in (0_u64..).zip(&turning) {
-        // A clock of 16 bits that wraps on the way, and an angle within one turn.
+        // A 16-bit clock that wraps, and an angle within one turn.
         let us = (60_000 + 3000 * k) % 65_536;
         let _ = writeln!(log, "{us},{:.6}", (n as f64 / 2.0).rem_euclid(360.0));
     }
@@ -129,7 +129,7 @@ fn every_unit_of_command_gives_the_same_command() {
     }
 }
 
-/// A staircase of speeds, each measured under the command of its row: a row's speed holds from its time on.
+/// A staircase of speeds, each measured under the command of its row: a row's speed applies from its time on.
 #[test]
 fn a_speed_of_the_commands_own_step_holds_from_its_row_on() {
     for (rule, expected) in [("forward", [0, 10, 30, 60]), ("backward", [0, 20, 50, 90])] {
@@ -147,7 +147,7 @@ fn a_speed_of_the_commands_own_step_holds_from_its_row_on() {
     }
 }
 
-/// v = a t makes a t^2 / 2, which the trapezoid rule gives exactly.
+/// v = a t gives a t^2 / 2, for which the trapezoid rule is exact.
 #[test]
 fn a_log_of_speeds_is_integrated_and_says_so() {
     let acceleration_rad_s2 = 30.0;
@@ -180,7 +180,7 @@ fn irregular_times_are_kept_as_they_are() {
     let instants_us = [0, 3000, 6100, 8999, 12_000, 30_000, 33_001, 36_000];
     let mut log = "time;n\n".to_owned();
     for us in instants_us {
-        // An odd origin: time in the run begins at 0.
+        // Another origin: time in the run begins at 0.
         let _ = writeln!(log, "{:.6};{us}", 1_700_000_000.0 + f64::from(us) * 1e-6);
     }
     let map = format!(
@@ -189,7 +189,7 @@ fn irregular_times_are_kept_as_they_are() {
     );
     let file = imported(log, &map);
     for (t_s, us) in file.column("t_s").iter().zip(instants_us) {
-        // Seconds since 1970 with the digits of a float: 0.24 us.
+        // Seconds since 1970 in double precision: 0.24 us.
         assert!((t_s - f64::from(us) * 1e-6).abs() < 5e-7, "{t_s} for {us}");
     }
     let sample_time_s = file.header["sample_time_s"].as_float().expect("seconds");
@@ -241,7 +241,7 @@ fn a_gzipped_log_is_the_log() {
         "counts_per_rev = 720\n{TIME}{NO_COMMAND}[position]\ncolumn = \"x\"\nunit = \"counts\""
     );
     assert_eq!(counts(&imported(&packed, &map)), turning);
-    // One that was cut off is not taken for a whole one.
+    // A truncated one is not accepted as complete.
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), &packed[..packed.len() - 9], &map);
     assert_eq!(finished.status, Some(2), "{}", finished.messages);
@@ -397,7 +397,7 @@ fn endless_files_end_with_a_message() {
     }
 }
 
-/// A simulated run, written as another program would, comes back as it was.
+/// A simulated run in another program's format is recovered.
 #[test]
 fn a_foreign_log_of_a_simulated_run_is_the_run() {
     let directory = tempfile::tempdir().expect("a directory");
@@ -438,7 +438,7 @@ fn a_foreign_log_of_a_simulated_run_is_the_run() {
     for (found, wanted) in file.column("command_v").iter().zip(&volts) {
         assert!((found - wanted).abs() < 1e-5);
     }
-    // The other commands take it as any run: against the same simulation nothing is left.
+    // Other commands take it as any run: its difference from the same simulation is 0.
     let finished = run(
         directory.path(),
         &["compare", "run.csv", "--fail-above", "0.6"],
@@ -469,7 +469,7 @@ fn what_the_readers_refuse_is_said_and_not_written() {
         let left = fs::read_dir(directory.path()).expect("a folder").count();
         assert_eq!(left, 2, "nothing but the log and the mapping");
     }
-    // Every 100 s; a command of 2,000,000 V; a position beyond what differences of counts hold.
+    // Every 100 s; a command of 2,000,000 V; a position beyond the range of count differences.
     for (log, map, wanted) in [
         (
             log(50, 0),

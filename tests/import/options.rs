@@ -1,4 +1,4 @@
-//! Facts about a log by flags or a mapping, and their result.
+//! Facts about a log by flags or a mapping, and their results.
 
 use std::fs;
 
@@ -83,7 +83,8 @@ fn counters_that_wrap_increments_and_one_channel() {
     );
     let (file, _) = imported("log.csv", &text, &[&flags[..], &["--increments"]].concat());
     assert_eq!(counts(&file), truth.counts);
-    // One channel: the sign is the command's, so what turns on forwards after the command is counted backwards.
+    // One channel: the sign is the command's, so that forward motion after the command has changed is counted
+    // backwards.
     let text = log(
         "time_ms,pwm,pulses",
         truth.rows(),
@@ -124,7 +125,7 @@ fn a_speed_is_summed_up_as_it_is_said() {
     let flags = [&flags[..], &["--integrate", "trapezoid"]].concat();
     let (trapezoid, said) = imported("log.csv", &text, &flags);
     assert!(said.contains("a position (trapezoid)"), "{said}");
-    // Half of the first and of the last step are missing from a sum by means.
+    // Half of the first and of the last step are missing from an integral of means.
     let half = |k: usize| (truth.counts[k] - truth.counts[k - 1]) as f64 / 2.0;
     let expected: Vec<f64> = (1..400)
         .map(|k| truth.counts[k] as f64 - truth.counts[0] as f64 - half(k))
@@ -224,7 +225,7 @@ fn a_saved_mapping_does_the_same() {
     assert_eq!(again.status, Some(0), "{}", again.messages);
     let read = |name: &str| fs::read_to_string(path.join(name)).expect("a run");
     assert_eq!(read("run.csv"), read("again.csv"));
-    // A flag takes the place of what the mapping says.
+    // A flag replaces the mapping's entry.
     let flags = [
         "import", "log.csv", "--map", "map.toml", "--supply", "6", "-o", "six.csv",
     ];
@@ -235,7 +236,7 @@ fn a_saved_mapping_does_the_same() {
         &half,
         1e-9,
     );
-    // A file that was not written so is not replaced.
+    // A file that this command did not write is not replaced.
     fs::write(path.join("mine.toml"), "a = 1\n").expect("written");
     let flags = [
         "import",

@@ -1,5 +1,6 @@
-//! Logs as tools of the field write them: ROS messages as text and in cells, InfluxDB, long tables, controllers' clocks, SimpleFOC,
-//! servo pulses. Each holds the counts, times and commands of the motor that was logged, or says what it lacks.
+//! Logs in the formats of common tools: ROS messages as text and in cells, InfluxDB, long tables, controllers'
+//! clocks, SimpleFOC, servo pulses. Each has the counts, times and commands of the logged motor, or is reported with
+//! what it lacks.
 
 use std::fmt::Write as _;
 
@@ -7,7 +8,7 @@ use crate::support::foreign_logs::{Truth, asked, counts, imported, near};
 
 const FLAGS: [&str; 2] = ["--counts-per-rev", "720"];
 
-/// The run is the motor's; times since 1970 are kept to a quarter of a microsecond, at either end.
+/// The run is the motor's; times since 1970 have a resolution of a quarter of a microsecond.
 fn holds(truth: &Truth, text: &str, flags: &[&str]) {
     let (file, said) = imported("log.txt", text, &[&FLAGS[..], flags].concat());
     assert_eq!(counts(&file), truth.counts, "{text:.300}\n{said}");
@@ -62,7 +63,7 @@ fn influx_and_long_tables() {
         format!("{ms},counts,{counts}\n{ms},voltage,{volts:.9}\n")
     });
     holds(&truth, &format!("time_ms,signal,value\n{long}"), &[]);
-    // One signal after the other, each under its names.
+    // One signal after the other, each with its names.
     let stamped = |ms: u64| format!("2026-04-13T12:00:{:02}.{:03}Z", ms / 1000, ms % 1000);
     let names = ",result,table,_time,_value,_field\n";
     let first = text(&truth, |_, ms, _, counts| {
@@ -115,7 +116,7 @@ fn clocks_of_controllers_and_spreadsheets() {
         assert_eq!(counts(&file), truth.counts, "{log:.200}\n{said}");
         near(&file.column("t_s"), &truth.times(), 5e-6);
     }
-    // Times of Teleplot in s, ms and us: the steps tell.
+    // Times of Teleplot in s, ms and us: the steps distinguish them.
     for digits in [(3, 1e-3), (0, 1.0), (0, 1e3)] {
         let lines = text(&truth, |_, ms, volts, counts| {
             let time = format!("{:.*}", digits.0, (5000 + ms) as f64 * digits.1);

@@ -1,5 +1,5 @@
-//! Every recording of a real motor that is at hand imports with its mapping file, and the run holds what
-//! the log held. The logs are read here a second time, in the plainest way.
+//! Every available recording of a real motor imports with its mapping file, and the run agrees with the log, which is
+//! read here independently in the simplest way.
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ fn recordings() -> Vec<Recording> {
     list.recording
 }
 
-/// A column of a log, by name, in the plainest way.
+/// A column of a log by name, read in the simplest way.
 fn column(log: &Path, name: &str) -> Vec<f64> {
     let text = std::fs::read_to_string(log).expect("the log");
     let mut lines = text.lines();
@@ -114,7 +114,7 @@ fn every_recording_imports_without_loss() {
             }
         }
     }
-    // Nothing that lies there has been forgotten.
+    // No log of the folder is left out.
     for log in ["emps", "micromouse", "odrive", "xl330"]
         .into_iter()
         .flat_map(|part| std::fs::read_dir(folder.join(part)).expect("a folder"))

@@ -1,4 +1,4 @@
-//! Logs that other people made on real motors, imported without a mapping. They are read here a second time, in the plainest way.
+//! Published logs of real motors, imported without a mapping and read here independently in the simplest way.
 
 use std::fs;
 use std::io::Read;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::support;
 use crate::support::command::{Finished, RunFile, run};
 
-/// Imports a log with these flags; the run, and what was said.
+/// Imports a log with these flags; the run, and the messages.
 fn import(log: &Path, flags: &[&str]) -> (Finished, Option<RunFile>) {
     let directory = tempfile::tempdir().expect("a directory");
     let log = log.to_str().expect("a name");
@@ -26,7 +26,7 @@ fn imported(log: &Path, flags: &[&str]) -> (RunFile, String) {
     (file, done.messages)
 }
 
-/// Columns of numbers, from the first row of numbers on.
+/// Columns of numbers, from the first numeric row on.
 fn columns(log: &Path, separator: char) -> Vec<Vec<f64>> {
     let bytes = fs::read(log).expect("the log");
     let mut text = String::new();
@@ -125,7 +125,7 @@ fn angles_counts_and_pulse_widths_need_little_to_be_said() {
     for (t_s, command) in file.column("t_s").iter().zip(file.column("command_v")) {
         assert_eq!(command, if *t_s < 0.95 { 0.0 } else { 7.0 });
     }
-    // Names, units, full scale and steps say everything.
+    // Names, units, full scale and steps determine everything.
     let log = folder.join("xl330/xl330_m490g_l100mm_kp100_sin_sin.csv");
     let (file, said) = imported(&log, &[]);
     assert!(

@@ -1,5 +1,5 @@
-//! Commands that are never negative while the shaft turns both ways, numbers that are ten times their quantity, and numbers with the
-//! minus of a spreadsheet.
+//! Commands without a sign for a shaft that turns in both directions, numbers that are ten times their quantity, and
+//! numbers with a spreadsheet's minus sign.
 
 use crate::support::foreign_logs::{Truth, asked, counts, imported, log, near};
 
@@ -32,7 +32,8 @@ fn a_command_about_half_drive_is_read_about_it() {
     }
 }
 
-/// A magnitude says nothing of the way; one that is positive all the time, of a motor that turns one way, is no such thing.
+/// A magnitude does not determine the direction; a positive command of a motor that turns in one direction is no
+/// magnitude.
 #[test]
 fn a_magnitude_without_its_direction_is_reported() {
     let truth = Truth::steps(0.01, 300);

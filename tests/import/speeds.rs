@@ -1,5 +1,5 @@
-//! A logged speed without steps: the one at the instant of the row, or the mean since the row before. The rule that leaves less of a
-//! first-order motor is taken, and the motor is the one that made the log.
+//! Logged speeds without steps: instantaneous, or the mean since the previous row. The rule with the smaller residual
+//! for a first-order motor is used, and the motor is that of the log.
 
 use std::fmt::Write as _;
 
@@ -7,12 +7,11 @@ use crate::support::foreign_logs::{asked, import, imported};
 use motorlab::least_squares::{PlainFit, fit_runs};
 use motorlab::recording::read_run;
 
-/// The motor in turns a second and V, and its friction in V.
+/// The motor in rev/s and V, and its friction in V.
 const GAIN_REV_S_V: f64 = 16.67 / 60.0;
 const TIME_CONSTANTS_S: [f64; 2] = [0.05, 0.12];
 const COUNTS: [&str; 2] = ["--counts-per-rev", "4000"];
 
-/// Kind of a log's column of speeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Speed {
     Instant,
@@ -43,7 +42,7 @@ fn text(time_constant_s: f64, sample_time_s: f64, speed_is: Speed) -> String {
     text
 }
 
-/// The plain first-order fit of the run that is imported.
+/// The plain first-order fit of the imported run.
 fn fitted(text: &str, flags: &[&str]) -> (PlainFit, String) {
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), "log.csv", text, flags);
@@ -79,7 +78,7 @@ fn a_perfect_motor_keeps_its_time_constant_at_rows_of_5_to_50_ms() {
     }
 }
 
-/// Of 20 ms rows the rule that is wrong puts the position off by half the way of a row, and a flag says either.
+/// For rows of 20 ms the wrong rule shifts the position by half a row's travel, and a flag selects the rule.
 #[test]
 fn the_flag_says_the_other_rule() {
     let text = text(0.12, 0.02, Speed::Instant);
@@ -109,7 +108,7 @@ fn a_speed_that_no_motor_explains_is_taken_at_the_instant_and_said() {
     );
 }
 
-/// Speeds in thousandths with more digits are no counts: 1,200,000 a turn at 10 ms.
+/// Speeds in thousandths with more digits are no counts: 1,200,000 per revolution at 10 ms.
 #[test]
 fn steps_far_finer_than_an_encoders_are_doubted() {
     let motor = text(0.05, 0.01, Speed::Instant);
@@ -126,7 +125,8 @@ fn steps_far_finer_than_an_encoders_are_doubted() {
     );
 }
 
-/// Whole RPM: under a held command the rounding is the same in each row, and its sum grows. It is part of the noise floor.
+/// Whole RPM: under a constant command the rounding error is the same in each row, and accumulates. It is part of the
+/// noise floor.
 #[test]
 fn a_perfect_motor_whose_speed_is_in_whole_rpm_has_no_further_cause() {
     for (sample_time_s, speed_is) in [
@@ -155,7 +155,7 @@ fn a_perfect_motor_whose_speed_is_in_whole_rpm_has_no_further_cause() {
     }
 }
 
-/// A step that is no count's is the rounding of the log: it makes no counts, and the run says it.
+/// A step that is not a count's is the rounding of the log: it determines no counts, and the run states it.
 #[test]
 fn rounded_speeds_are_no_differences_of_counts() {
     let mut log = "time_s,voltage,speed_rpm\n".to_owned();

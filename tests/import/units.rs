@@ -60,7 +60,7 @@ fn a_position_whose_steps_are_whole_parts_of_a_turn_is_in_revolutions() {
         said.contains("1/720 of a turn in rev") && said.contains("hint: --position position:rev"),
         "{said}"
     );
-    // Radians that are radians are not doubted, nor are round decimals.
+    // Plausible radians are not questioned, nor are round decimals.
     let rad = |k: usize| format!("{:.7}", truth.turns(k) * std::f64::consts::TAU);
     let (_, said) = imported("log.csv", &table(&truth, "position", &rad), &flags);
     assert!(!said.contains("hint: --position"), "{said}");
@@ -83,12 +83,13 @@ fn rps_may_be_radians_or_revolutions() {
     let said = asked("log.csv", &text, &[]);
     assert!(said.contains("radians or revolutions a second"), "{said}");
     assert_eq!(proposed(&said, &[])[1], "speed_rps:rad/s");
-    // The steps are those of the counts that are said in one of the two only.
+    // The steps are those of the stated counts for one of the two only.
     let (_, said) = imported("log.csv", &text, &["--counts-per-rev", "720"]);
     assert!(said.contains("in rad/s"), "{said}");
 }
 
-/// A motor that is braked by a command against its motion, and let go before it turns back, has an encoder with a sign.
+/// A motor that is braked by a command against its motion, and released before it reverses, has an encoder with a
+/// sign.
 #[test]
 fn a_log_with_signs_is_not_taken_as_one_without() {
     let pwm = (0..400).map(|k| match k % 100 {
@@ -103,7 +104,7 @@ fn a_log_with_signs_is_not_taken_as_one_without() {
     let flags = ["--counts-per-rev", "720"];
     let (file, said) = imported("log.csv", &table(&truth, "encoder", &turned), &flags);
     assert_eq!(counts(&file), truth.counts, "{said}");
-    // One of one channel turns on, and is asked about.
+    // With one channel it keeps turning, which is a question.
     let truth = Truth::steps(0.01, 300);
     let mut up = 0;
     let ups: Vec<i64> = (truth.rows())
@@ -117,7 +118,7 @@ fn a_log_with_signs_is_not_taken_as_one_without() {
     assert!(said.contains("--unsigned"), "{said}");
 }
 
-/// An efficiency, a charge or a load in per cent is no command.
+/// An efficiency, a charge or a load in percent is no command.
 #[test]
 fn per_cent_alone_is_no_command() {
     let truth = Truth::steps(0.01, 300);

@@ -1,4 +1,4 @@
-//! `motorlab import LOG` without a mapping: logs made here of a motor whose counts, times and commands are known.
+//! `motorlab import LOG` without a mapping: generated logs of a motor with known counts, times and commands.
 
 use crate::support::command::RunFile;
 use crate::support::foreign_logs::{
@@ -136,7 +136,7 @@ fn what_names_and_numbers_leave_open_is_asked_and_never_guessed() {
         said.contains("`angle` names no unit") && said.contains("--position angle:deg"),
         "{said}"
     );
-    // A clock that continues by 500 counts us or ms.
+    // A clock with steps of 500 counts us or ms.
     let half = |k: usize| (500 * k).to_string();
     let said = asked(
         "log.csv",
@@ -155,7 +155,7 @@ fn what_names_and_numbers_leave_open_is_asked_and_never_guessed() {
         &supply,
     );
     assert!(said.contains("`u` names no unit"), "{said}");
-    // Up to 100: per cent or of 255.
+    // Up to 100: percent or of 255.
     let low = |k: usize| (truth.pwm[k] / 3).to_string();
     let said = asked(
         "log.csv",
@@ -163,7 +163,7 @@ fn what_names_and_numbers_leave_open_is_asked_and_never_guessed() {
         &supply,
     );
     assert!(said.contains("--pwm-full 255"), "{said}");
-    // No command at all.
+    // No command.
     let said = asked(
         "log.csv",
         &log("time_ms,counts", truth.rows(), &[&ms, &n]),
@@ -196,7 +196,7 @@ fn which_of_two_motors_has_to_be_said() {
         said.contains("`rpm_left`, `rpm_right`") && said.contains("or --speed rpm_right"),
         "{said}"
     );
-    // With the speed its own command is taken.
+    // With the speed its own command is used.
     let (file, _) = imported("log.csv", &text, &["--supply", "12", "--speed", "rpm_left"]);
     assert_eq!(counts(&file), truth.counts);
     near(&file.column("command_v"), &truth.commands(), 1e-9);
@@ -218,7 +218,7 @@ fn blocks_with_names_and_comments_between_are_runs() {
         let file = RunFile::read(&directory.path().join(name));
         assert_eq!(counts(&file), truth.counts, "{name}");
     }
-    // Where no column has the command, the comment lines have it.
+    // Without a column, the command is taken from the comment lines.
     let truth = Truth::of(0.02, (0..200).map(|k| if k < 100 { 200 } else { -120 }));
     let block = |pwm: i64, from: usize| {
         let rows = log(

@@ -1,4 +1,4 @@
-//! `motorlab lab --class FOLDER`: one page over the recordings of many, and what is not usable in them.
+//! `motorlab lab --class FOLDER`: one page over the recordings of many students, and those that are unusable.
 
 use std::fs;
 use std::path::Path;
@@ -54,10 +54,10 @@ fn each_student_has_a_row_and_unusable_recordings_are_listed() {
         "b.csv",
         "&effect=voltage_drop&drop_v=0.8&seed=2",
     );
-    // Another motor, which the student's own file describes.
+    // Another motor, described by the student's motor file.
     record(here, "monday/cleo", "run.csv", "&resistance_ohm=14");
     fs::write(here.join("monday/cleo/motor.toml"), "resistance_ohm = 14\n").expect("written");
-    // An encoder with its channels exchanged: the counts run backwards.
+    // An encoder with swapped channels: the counts run backwards.
     record(here, "monday/dora", "run.csv", "");
     let text = fs::read_to_string(here.join("monday/dora/run.csv")).expect("a run");
     fs::write(here.join("monday/dora/run.csv"), reversed(&text)).expect("written");
@@ -85,7 +85,7 @@ fn each_student_has_a_row_and_unusable_recordings_are_listed() {
     );
     assert_eq!(ben["recordings"].as_array().map(Vec::len), Some(2));
     assert!(ben["recordings"][1]["outcome"]["gap_counts"].as_f64() > Some(5.0));
-    // Compared with the handout's motor it would be a gap.
+    // With the handout's motor there would be a gap.
     assert_eq!(student(&document, "cleo")["together"]["verdict"], "no_gap");
     let dora = student(&document, "dora");
     assert!(dora["together"].is_null());
@@ -102,7 +102,7 @@ fn each_student_has_a_row_and_unusable_recordings_are_listed() {
         problem("gina")
     );
     assert!(student(&document, "fritz")["recordings"][0]["unusable"].is_string());
-    // Each is said when it is done.
+    // Each is reported when it is finished.
     assert!(
         done.messages.contains("2/7  ben: voltage_drop"),
         "{}",
@@ -113,14 +113,14 @@ fn each_student_has_a_row_and_unusable_recordings_are_listed() {
     for name in ["anna", "ben", "cleo", "dora", "emil", "fritz", "gina"] {
         assert!(page.contains(name), "{name}");
     }
-    // One measure in every number of the page: that of the diagnosis.
+    // All numbers of the page are of the diagnosis' measure.
     assert!(!page.contains("over the whole run"));
     assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("readme"));
     let file = fs::read_to_string(here.join("class/class.json")).expect("a file");
     let file: Value = serde_json::from_str(&file).expect("JSON");
     assert_eq!(file["students"], document["students"]);
 
-    // It makes room for itself, and for nothing else.
+    // It replaces its own page, and nothing else.
     assert_eq!(class(here, &[]).status, Some(1));
     fs::write(here.join("class/index.html"), "mine").expect("written");
     let refused = class(here, &[]);

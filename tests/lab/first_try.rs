@@ -1,4 +1,5 @@
-//! An ordinary motor of other constants than the handout's: whatever somebody tries first ends in re-identified parameters or no error.
+//! An ordinary motor with other constants than the handout's: usual first attempts end in re-identified parameters or
+//! no error.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -14,9 +15,9 @@ const GEAR: [f64; 9] = [3.2, 0.75, 0.75, 0.006, 0.0018, 0.012, 0.09, 1320.0, 12.
 const SMALL: [f64; 9] = [5.5, 0.14, 0.14, 0.0002, 0.002, 0.0003, 0.012, 360.0, 6.0];
 /// A large winding: its electrical time constant L/R is 5 ms, a quarter of the mechanical one.
 const WOUND: [f64; 9] = [1.2, 0.35, 0.35, 0.001, 0.006, 0.002, 0.03, 1024.0, 12.0];
-/// A guess: each number a quarter too large or a fifth too small, but for what a data sheet says.
+/// A guess: each value a quarter too large or a fifth too small, except those of a data sheet.
 const GUESSED: [f64; 9] = [0.8, 1.25, 1.25, 1.25, 0.8, 0.8, 0.8, 1.0, 1.0];
-/// The verdicts that are right.
+/// The right verdicts.
 const RIGHT: [&str; 2] = ["parameters", "no_gap"];
 
 fn motor_file(values: [f64; 9], factors: [f64; 9]) -> String {
@@ -27,7 +28,8 @@ fn motor_file(values: [f64; 9], factors: [f64; 9]) -> String {
     text
 }
 
-/// Two steps and a reversing recording of the motor, as run files and as logs of another program, and a guessed motor file.
+/// Two steps and a reversing recording of the motor, as run files and as logs of another program, and a guessed motor
+/// file.
 fn recorded(values: [f64; 9]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
@@ -71,7 +73,7 @@ fn right(here: &Path, words: &str) -> Value {
     found
 }
 
-/// Also where `lab` takes the handout's motor, which this one is not.
+/// Also for `lab`, which assumes the handout's motor.
 fn right_in_lab(here: &Path, words: &str) {
     let done = run(here, &words.split(' ').collect::<Vec<_>>());
     assert_eq!(done.status, Some(0), "{words}: {}", done.messages);
@@ -124,8 +126,8 @@ fn a_small_motor_is_itself() {
     right_in_lab(here, &format!("{LAB} --run reversing.csv"));
 }
 
-/// Without a motor file L/R is free, as the other parameters are. Voltage and counts determine `R/L + b/J`: L/R is off by what the share of
-/// viscous friction is.
+/// Without a motor file L/R is free, as the other parameters. Voltage and counts determine `R/L + b/J`: L/R is wrong
+/// by the share of viscous friction.
 #[test]
 fn a_motor_with_a_large_winding_is_itself() {
     let folder = recorded(WOUND);

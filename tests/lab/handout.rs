@@ -35,7 +35,7 @@ fn rpm(speeds: &[f64]) -> Vec<f64> {
     speeds.iter().map(|w| w * rpm).collect()
 }
 
-/// Largest difference over the largest reference value; what is missing in one must be missing in the other.
+/// Largest difference over the largest reference value; missing values must be the same in both.
 fn largest_relative(found: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
     let top = expected.iter().fold(0.0, |m, v| f64::max(m, v.abs()));
@@ -86,7 +86,7 @@ fn curves_and_samples_are_those_of_the_references() {
             assert!(off < 1e-6, "{name} {quantity}: {off}");
         }
     }
-    // First against second order, once more from the references alone.
+    // First against second order, from the references alone.
     let [first, second] = ["first_order_viscous", "second_order_viscous"]
         .map(|curve| rpm(&reference(curve, "speed_rad_s")));
     let differences: Vec<f64> = first
@@ -113,7 +113,7 @@ fn curves_and_samples_are_those_of_the_references() {
 #[test]
 fn missing_recordings_come_from_the_virtual_board() {
     let directory = tempfile::tempdir().expect("a folder");
-    // Twice into the same folder: the virtual board's own runs are replaced.
+    // Twice into the same folder: the virtual board's runs are replaced.
     for _ in 0..2 {
         let finished = run(directory.path(), &["lab"]);
         assert_eq!(finished.status, Some(0), "{}", finished.messages);
@@ -129,7 +129,7 @@ fn missing_recordings_come_from_the_virtual_board() {
     assert_eq!(sample_times, [Some(0.03), Some(0.003)]);
     for recorded in recorded {
         let error = |k: usize| recorded["models"][k]["figures"]["position_rmse_counts"].as_f64();
-        // Friction is what the simulation must have to meet the recording: down to the rounding, 1/sqrt(12).
+        // With friction the simulation agrees with the recording down to quantization, 1/sqrt(12).
         assert!(error(0) > Some(50.0) && error(3) < Some(0.35), "{recorded}");
     }
     let page = std::fs::read_to_string(folder.join("index.html")).expect("the page");
@@ -183,7 +183,7 @@ fn given_recordings_are_compared_and_missing_ones_listed() {
     }
     assert!(rest.starts_with(" At their default magnitudes these recordings do not show, "));
     assert!(rest.ends_with("hint: record with --profile reversing too, for more of them."));
-    // Nobody says that the motor is the handout's: it is fitted, and what differs are parameters.
+    // The motor is unknown: it is fitted, and differences are parameters.
     assert_eq!(diagnosis["nominal_source"], "fit", "{short}");
     assert_eq!(diagnosis["effects"], serde_json::json!([]), "{short}");
     assert!(short.contains("parameters differ"), "{short}");
@@ -204,7 +204,7 @@ fn given_recordings_are_compared_and_missing_ones_listed() {
     assert!(!page.contains("<b>") && !page.contains("No recording was given"));
     let first = causes[0]["effect"].as_str().expect("an id");
     assert!(page.contains("Causes of the gap") && page.contains(first));
-    // (Kt V / R - Tf) / (b + Kt Kb / R) with the bench's friction: what was recorded, to one count in its mean.
+    // (Kt V / R - Tf) / (b + Kt Kb / R) with the bench's friction: the recorded value, to one count in its mean.
     let steady = &lab["part_3"][0]["steady"];
     let value = |key: &str| steady[key].as_f64().expect("a number");
     let expected = (0.315 - 0.08) / 0.059;
@@ -234,7 +234,7 @@ fn given_recordings_are_compared_and_missing_ones_listed() {
     assert!(answer(&lab, "3.a").to_string().contains("No diagnosis"));
 }
 
-/// Fatal findings come before everything else, and replace the answers that need the recording.
+/// Fatal findings come first, and replace the answers that need the recording.
 #[test]
 fn a_recording_that_is_not_usable_answers_nothing() {
     let directory = tempfile::tempdir().expect("a folder");
@@ -277,7 +277,7 @@ fn a_recording_that_is_not_usable_answers_nothing() {
         let at = |what: &str| page.find(what).unwrap_or_else(|| panic!("no {what}"));
         assert!(at(why) < at("class=\"lead\"") && at(why) < at("<th>question</th>"));
     }
-    // Beside one that is usable, that one is answered for.
+    // With a usable one in addition, the answers are for that.
     let runs = [
         "lab",
         "--run",
@@ -321,7 +321,7 @@ fn a_motor_that_nothing_damps_with_speed_is_worked_through() {
     assert!(lab["missing"]["diagnosed"]["sentence"].is_string());
 }
 
-/// Text of answer 3.a goes with the verdict of the diagnosis beside it, whatever that is.
+/// The text of answer 3.a agrees with the verdict of the diagnosis beside it.
 #[test]
 fn the_answer_goes_with_the_diagnosis() {
     let directory = tempfile::tempdir().expect("a folder");
@@ -353,11 +353,11 @@ fn the_answer_goes_with_the_diagnosis() {
             _ => "This is missing",
         };
         assert!(short.starts_with(begins), "{board}: {verdict}: {short}");
-        // The verdict's probability stands before the diagnosis's own sentence.
+        // The verdict's probability precedes the diagnosis' sentence.
         let own = short.split("The diagnosis: ").next();
         let stated = motorlab::report::number::probability(probability);
         assert!(own.is_some_and(|own| own.contains(&stated)), "{short}");
-        // A step that is met is no "yes" beside a gap; and where two numbers differ, the page says why.
+        // An accurately simulated step is no "yes" beside a gap; and if two numbers differ, the page explains why.
         assert!(!step.starts_with("Yes") || verdict == "no_gap", "{step}");
         assert!(!step.starts_with("No:") || verdict != "no_gap", "{step}");
         assert!(step.contains("over the whole run"), "{step}");

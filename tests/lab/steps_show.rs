@@ -1,5 +1,5 @@
-//! `lab --board effect=E` for every effect of the catalogue: the answer names the effect or its class, or says by how little these steps
-//! show it.
+//! `lab --board effect=E` for every effect of the catalogue: the answer names the effect or its class, or states how
+//! little these steps show it.
 
 use serde_json::Value;
 
@@ -13,7 +13,8 @@ const PARAMETERS: [&str; 5] = [
     "inertia",
     "resolution_error",
 ];
-/// Largest difference in counts between the figure that is said and what the recordings have: another seed, another start within a count.
+/// Largest difference in counts between the stated figure and the recordings: another seed, another initial fraction
+/// of a count.
 const SAME_COUNTS: f64 = 0.3;
 
 fn texts(value: &Value) -> Vec<String> {

@@ -1,11 +1,11 @@
-//! Raw logs recorded from the real firmware on an emulated board: what is in the run is what really
-//! happened, count by count and microsecond by microsecond.
+//! Raw logs of the real firmware on an emulated board: the run has the true counts and times, to a count and a
+//! microsecond.
 
 use std::path::{Path, PathBuf};
 
 use crate::support::command::{RunFile, run};
 
-/// Name, samples taken, samples lost on a line that was too slow.
+/// Name, samples taken, samples lost on a slow line.
 const FIXTURES: [(&str, usize, i64); 4] = [
     ("uno_step3", 667, 0),
     ("mega_step30", 67, 0),
@@ -19,7 +19,7 @@ fn fixture(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// `(instant in s, counts)` of every tick of the board.
+/// `(time in s, counts)` of every tick of the board.
 fn truth(name: &str) -> Vec<(f64, i64)> {
     let text = std::fs::read_to_string(fixture(&format!("{name}.truth.csv"))).expect("the truth");
     let mut lines = text.lines();
@@ -56,7 +56,7 @@ fn logs_of_the_firmware_replay_to_the_truth() {
         for row in 0..counts.len() {
             let (instant_s, count) = truth[sequence[row] as usize];
             assert_eq!(counts[row] as i64, count, "{name}, row {row}");
-            // micros() goes in steps of 4 us and is read some us after the tick.
+            // micros() has a resolution of 4 us and is read some us after the tick.
             assert!(
                 (t_s[row] - (instant_s - first_s)).abs() <= 12e-6,
                 "{name}, row {row}"

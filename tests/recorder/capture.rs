@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::support::command::{RunFile, finish, run, start};
 use motorlab::recording::difference_velocities;
 
-/// More than 10,000 samples at a sample time, none lost; every column as the format says.
+/// More than 10,000 samples at a sample time, none lost; every column as in the format.
 fn a_long_run(sample_time_us: u32) {
     let directory = tempfile::tempdir().expect("a directory");
     let ts = f64::from(sample_time_us) * 1e-6;
@@ -48,7 +48,7 @@ fn a_long_run(sample_time_us: u32) {
         assert_eq!(file.rows[k][1], text);
         assert!((t_s[k] - micros as f64 * 1e-6).abs() < 1e-9);
     }
-    // The speed column is the one velocity rule on the counts column, to the last digit.
+    // The speed column is the velocity estimate from the counts column, to the last digit.
     let counts: Vec<i64> = file.column("counts").iter().map(|&n| n as i64).collect();
     let rule = difference_velocities(&counts, None, 720.0, ts);
     assert_eq!(file.rows[0][5], "");
@@ -85,7 +85,7 @@ fn in_real_time_a_capture_takes_as_long_as_it_says() {
     let expected = (0.7 * 4.5 / 10.0 - 0.02) / (0.01 + 0.049) * 60.0 / TAU;
     assert!((rpm - expected).abs() < 0.01 * expected, "{rpm} {expected}");
     let file = RunFile::read(&directory.path().join("run.csv"));
-    // Arrival times are a column of their own and rise.
+    // Arrival times are a separate, increasing column.
     let host = file.column("host_t_s");
     assert!(host.windows(2).all(|pair| pair[1] >= pair[0]));
 }
@@ -113,7 +113,7 @@ fn the_summary_counts_what_is_in_the_file() {
     let directory = tempfile::tempdir().expect("a directory");
     let board = "virtual:?drop=0.0005&seed=3";
     let done = run(directory.path(), &["capture", board, "--duration", "3"]);
-    // Something was lost: that is what status 1 says.
+    // Status 1: samples were lost.
     assert_eq!(done.status, Some(1), "{}", done.messages);
     let file = RunFile::read(&directory.path().join("run.csv"));
     let (seq, t_s) = (file.column("seq"), file.column("t_s"));
@@ -188,7 +188,7 @@ fn a_profile_from_a_file_is_what_the_board_commands() {
         (commands[99], commands[100], commands[200]),
         (1.25, -2.0, 6.0)
     );
-    // 6 V are more than the supply of 4.5 V, and every such sample says so.
+    // 6 V exceed the supply of 4.5 V, and every such sample is flagged.
     assert_eq!(file.rows[199][6], "");
     assert_eq!(file.rows[200][6], "saturated");
     assert_eq!(file.summary("saturated"), 100);
@@ -220,7 +220,8 @@ fn a_suspended_virtual_board_loses_nothing() {
 #[test]
 fn arrivals_in_bunches_do_not_move_the_time_base() {
     let directory = tempfile::tempdir().expect("a directory");
-    // Samples gather for up to 20 ms before they are read, which takes as much off what is seen of a stall.
+    // Samples accumulate for up to 20 ms before they are read, which reduces the observed length of a stall by as
+    // much.
     let board = "virtual:?stall=0.0005&stall_ms=100&seed=1";
     let done = run(directory.path(), &["capture", board, "--duration", "1.5"]);
     assert_eq!(done.status, Some(0), "{}", done.messages);

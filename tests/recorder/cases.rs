@@ -1,14 +1,14 @@
-//! Files that differ in one number from a sound one: every command gives a clear message or an answer, within a bound that is there to
-//! end a hang, not to measure.
+//! Files that differ in one number from a valid one: every command returns a clear message or an answer, within a
+//! time limit that only ends a hang.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/cases/recorder");
-/// Ends a hang: the release program answers all of them within seconds.
+/// Ends a hang: the release program takes seconds for all of them.
 const AT_MOST: Duration = Duration::from_secs(60);
 
-/// Exit status and all that was said.
+/// Exit status and all output.
 fn said(arguments: &[&str]) -> (i32, String) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("said");

@@ -1,5 +1,5 @@
-//! Files after the recorder, its disk or its board dies: everything up to 50 ms before, a message
-//! that names what happened, the right exit status.
+//! Files after the end of the recorder, its disk or its board: everything up to 50 ms before, a message that names
+//! the event, the right exit status.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -16,18 +16,18 @@ use motorlab::board::{Bench, VirtualBoard, VirtualBoardOptions};
 /// Sample time of these recordings in s.
 const TS: f64 = 0.003;
 
-/// Samples that may be missing at the end: 50 ms of them, and the one under way.
+/// Samples that may be missing at the end: 50 ms of them, and the current one.
 const BOUND: i64 = (0.050 / TS) as i64 + 2;
 
-/// Samples to wait for before something happens. They are taken in less than the half second for which a
-/// computer that is too busy may leave the board without a word, so that all tests get this far.
+/// Samples to wait for before the event, taken in less than the half second for which a busy computer may leave the
+/// board without a message.
 const SOME: i64 = 120;
 
-/// A small disk of its own, gone with the test.
+/// A small file system, unmounted on drop.
 struct Disk(tempfile::TempDir);
 
 impl Disk {
-    /// None where this user may not mount one: the test is then said to be skipped.
+    /// `None` if this user cannot mount one: the test is then reported as skipped.
     fn new(test: &str, options: &str) -> Option<Self> {
         let folder = tempfile::tempdir().expect("a directory");
         let mounted = Command::new("mount")
@@ -74,7 +74,7 @@ impl Bench for SampleCounter {
     }
 }
 
-/// A board in this process, and how many samples it has taken.
+/// A board in this process, and its number of samples.
 fn a_board() -> (VirtualBoard, Arc<AtomicI64>) {
     let taken = Arc::new(AtomicI64::new(0));
     let bench = SampleCounter(Arc::clone(&taken));
@@ -90,8 +90,8 @@ fn wait_for(taken: &AtomicI64, samples: i64) {
     }
 }
 
-/// Runs a test whose bounds are in milliseconds. A computer that gives the recorder no processor time for
-/// so long is not its fault: up to four attempts, of which one must hold.
+/// Runs a test whose bounds are in milliseconds. A computer may give the recorder no processor time for so long: up
+/// to four attempts, of which one must pass.
 fn with_processor_time(test: fn()) {
     let held = (0..3).any(|_| std::panic::catch_unwind(test).is_ok());
     if !held {
@@ -105,7 +105,7 @@ fn send(signal: &str, child: &Child) {
     assert!(sent.expect("kill runs").success());
 }
 
-/// Every row is whole, none is missing, and the last one is at most 50 ms older than `taken`.
+/// Every row is complete, none is missing, and the last one is at most 50 ms older than `taken`.
 fn holds_everything_up_to(file: &RunFile, taken: i64) {
     for (k, counts) in file.column("counts").iter().enumerate() {
         assert_eq!(*counts, k as f64);
@@ -114,7 +114,7 @@ fn holds_everything_up_to(file: &RunFile, taken: i64) {
     assert!(rows >= taken - BOUND, "{rows} rows of {taken} samples");
 }
 
-/// Starts a capture of 10 s, lets it take some samples, and does something to it.
+/// Starts a capture of 10 s, waits for some samples, and applies `act` to it.
 fn interrupted(act: impl FnOnce(&mut Child, &Path)) -> (Finished, Option<RunFile>, i64) {
     let (board, taken) = a_board();
     let directory = tempfile::tempdir().expect("a directory");
@@ -152,7 +152,7 @@ fn asked_to_stop_it_ends_the_file_and_the_motor() {
                 done.messages
             );
             let file = file.expect("a file");
-            // Until the board itself has stopped: nothing is missing at all.
+            // Until the board itself has stopped: nothing is missing.
             holds_everything_up_to(&file, taken + BOUND);
             assert!(file.complete());
             assert_eq!(file.summary("lost"), 0);
@@ -168,7 +168,7 @@ fn closed_pipes_do_not_kill_it() {
     let port = board.path().display().to_string();
     let arguments = ["capture", &port, "--duration", "1.5", "--json"];
     let mut child = start(directory.path(), &arguments);
-    // As `| head` that has seen enough, on both pipes.
+    // As `| head` after its last line, on both pipes.
     drop(child.stdout.take());
     drop(child.stderr.take());
     wait_for(&taken, SOME);
@@ -204,7 +204,7 @@ fn a_limit_on_file_sizes_ends_it_with_a_whole_row() {
     ends_with_a_whole_row(&directory.path().join("run.csv"), &done, 12_288);
 }
 
-/// The file is as full as it could be, to the row, and the message says how many rows it holds.
+/// The file is as full as possible, to the row, and the message has its number of rows.
 fn ends_with_a_whole_row(path: &Path, done: &Finished, at_least: usize) {
     let text = std::fs::read_to_string(path).expect("a file");
     assert!(text.ends_with('\n'));
@@ -382,7 +382,7 @@ fn suspended_for_two_seconds_it_has_all_that_the_board_took() {
         wait_for(&taken, SOME);
         send("-STOP", &child);
         std::thread::sleep(Duration::from_secs(2));
-        // The board has heard nothing for 0.5 s and has switched the motor off.
+        // The board has received nothing for 0.5 s and has switched the motor off.
         let stopped_at = taken.load(Ordering::Relaxed);
         send("-CONT", &child);
         let done = finish(child);
@@ -472,14 +472,14 @@ fn an_unplugged_board_ends_the_file_and_uses_no_time() {
     });
 }
 
-/// A board that calls itself `name`.
+/// A board with the name `name`.
 fn a_board_named(name: &str) -> VirtualBoard {
     let mut options = VirtualBoardOptions::default();
     options.firmware.name = name.to_owned();
     VirtualBoard::spawn(SampleCounter(Arc::default()), options).expect("a pseudo-terminal")
 }
 
-/// Lets the link point to the board's port, as udev does for `/dev/serial/by-id`.
+/// Points the link to the board's port, as udev does for `/dev/serial/by-id`.
 fn plug_in(board: &VirtualBoard, link: &Path) {
     let _ = std::fs::remove_file(link);
     std::os::unix::fs::symlink(board.path(), link).expect("a link");
@@ -549,7 +549,7 @@ fn stopped_while_it_waits_for_the_board_it_reports_what_it_has() {
         let child = start(directory.path(), &arguments);
         wait_for(&taken, SOME);
         drop(board);
-        // Until it waits, and then for a while.
+        // Until it waits, and for a while after that.
         std::thread::sleep(Duration::from_millis(500));
         let before = process::cpu_s(child.id());
         std::thread::sleep(Duration::from_secs(2));

@@ -1,5 +1,5 @@
-//! Effect of a bad line on a recording: samples sent, recorded and reported lost always agree, and no
-//! wrong sample gets through.
+//! Effect of a bad line on a recording: samples sent, recorded and reported lost always agree, and no wrong sample is
+//! recorded.
 
 use std::fmt::Write as _;
 use std::io::{Cursor, Read};
@@ -15,7 +15,7 @@ use rand_pcg::Pcg64;
 /// Samples of one recording.
 const SENT: u32 = 20_000;
 
-/// Sample `k` of a motor that turns to and fro; wraps its counters like a board.
+/// Sample `k` of a reversing motor; wraps its counters like a board.
 fn sample(k: u32, sample_time_us: u32) -> firmware_protocol::Sample {
     let t_s = f64::from(k) * f64::from(sample_time_us) * 1e-6;
     firmware_protocol::Sample {
@@ -57,7 +57,7 @@ struct Outcome {
     sent: u64,
     /// Rows.
     recorded: u64,
-    /// Rows that are not what was sent.
+    /// Rows that differ from what was sent.
     wrong: u64,
     /// Samples that the recorder reports as lost.
     lost: u64,
@@ -65,7 +65,7 @@ struct Outcome {
     implausible: u64,
 }
 
-/// Sends a whole recording through the faults, and then the END unhurt.
+/// Sends a whole recording through the faults, then an undamaged END.
 fn record(faults: Faults, sample_time_us: u32) -> Outcome {
     let mut bytes = Vec::new();
     let mut ends = Vec::new();
@@ -265,7 +265,7 @@ fn frames_that_pass_the_crc_by_chance_do_not_pass() {
     let mut frame = [0; 18];
     let mut passed = 0;
     for _ in 0..FRAMES {
-        // Content without zeros is its own stuffing behind the code byte 17.
+        // Content without zeros is its own COBS encoding after the code byte 17.
         frame[0] = 17;
         frame[1] = firmware_protocol::board_message::kind::DATA;
         for byte in &mut frame[2..17] {
@@ -282,13 +282,13 @@ fn frames_that_pass_the_crc_by_chance_do_not_pass() {
     assert_eq!(passed, 0);
     // 61 expected; five standard deviations.
     assert!((22..=100).contains(&right_crc), "{right_crc}");
-    // All but the last one, which waits for a second that fits to it.
+    // All but the last one, which waits for a second that agrees with it.
     assert!(damage.implausible + 1 >= right_crc, "{damage:?}");
 }
 
 #[test]
 fn so_many_frames_of_noise_fit_to_a_sample_as_the_documentation_says() {
-    // Noise that even has the right CRC and the command that the profile has for its number.
+    // Noise with the right CRC and the profile's command for its number.
     const FRAMES: u32 = 2_000_000;
     let mut random = Pcg64::seed_from_u64(2);
     let steady = Expectations {
@@ -342,7 +342,7 @@ fn the_first_partial_frame_is_dropped_and_is_no_damage() {
     for k in 0..50 {
         push(&mut bytes, &BoardMessage::Data(sample(k, 3_000)));
     }
-    // The port is opened somewhere in the middle of the first frame.
+    // The port is opened in the middle of the first frame.
     for cut in 1..17 {
         let mut intake = Intake::default();
         intake.expect(expectations(3_000));
@@ -362,7 +362,7 @@ fn a_late_board_is_believed_when_two_samples_agree() {
     let mut bytes = Vec::new();
     for k in 0..100 {
         let mut late = sample(k, 3_000);
-        // A gap of 40 ms in the board's time at sample 50, without a trace in its stamps.
+        // A gap of 40 ms in the board's time at sample 50, not visible in its stamps.
         late.time_us = late.time_us.wrapping_add(if k >= 50 { 40_000 } else { 0 });
         push(&mut bytes, &BoardMessage::Data(late));
     }
@@ -398,8 +398,8 @@ proptest::proptest! {
     }
 }
 
-/// Captures over a pseudo-terminal from a board whose line has these faults; every row must be the one
-/// that the same board gives on a good line.
+/// Captures over a pseudo-terminal from a board whose line has these faults; every row must be that of the same board
+/// on a good line.
 fn capture_with(faults: &str, expected_status: i32) -> RunFile {
     let directory = tempfile::tempdir().expect("a directory");
     let capture = |board: &str, name: &str| {
@@ -439,14 +439,14 @@ fn capture_with(faults: &str, expected_status: i32) -> RunFile {
     };
     same("counts", 0.0);
     same("command_v", 0.0);
-    // Time counts from the first sample that arrived.
+    // Time is relative to the first sample received.
     same("t_s", numbers[0] * 0.003);
     if expected_status < 3 {
         assert_eq!(hurt.rows.len() as i64 + hurt.summary("lost"), 10_000);
-        // Complete is what has everything that was asked for.
+        // A complete run has everything that was requested.
         assert_eq!(hurt.complete(), hurt.summary("lost") == 0);
     } else {
-        // Without an END what is lost is known up to the last sample that came.
+        // Without an END losses are known up to the last sample received.
         let last = numbers.last().map_or(-1, |number| *number as i64);
         assert_eq!(hurt.rows.len() as i64 + hurt.summary("lost"), last + 1);
         assert!(!hurt.complete());
@@ -456,7 +456,7 @@ fn capture_with(faults: &str, expected_status: i32) -> RunFile {
 
 #[test]
 fn losses_before_the_first_sample_are_counted_without_an_end_too() {
-    // `capture_with` holds rows and losses against the last number; some seeds lose the first frame.
+    // `capture_with` compares rows and losses with the last number; some seeds lose the first frame.
     let lost_the_first = (7..17).any(|seed| {
         let faults = format!("seed={seed}&drop=0.02&hang_up_after=20000");
         capture_with(&faults, 3).column("seq")[0] > 0.0
@@ -485,7 +485,7 @@ fn over_a_line_that_stalls_and_splits_every_byte() {
 #[test]
 fn a_board_that_is_unplugged_leaves_every_whole_frame() {
     let hurt = capture_with("hang_up_after=50000", 3);
-    // 18 bytes a frame, after HELLO and the answers.
+    // 18 bytes per frame, after HELLO and the responses.
     let expected = (50_000 - 100) / 18;
     assert!(
         (expected - 20..=expected + 5).contains(&(hurt.rows.len() as i64)),

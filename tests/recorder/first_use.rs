@@ -18,13 +18,13 @@ fn the_demo_records_both_sample_times_and_diagnoses_a_gap() {
     assert_eq!(sample_times, [&0.03, &0.003]);
     for run in runs {
         assert_eq!(run["lost"], 0);
-        // 1/sqrt(12) counts are what rounding leaves; at rest it leaves nothing.
+        // Quantization is 1/sqrt(12) counts; at rest it is 0.
         let rmse = run["position_rmse_counts"].as_f64().expect("a number");
         assert!((0.2..0.32).contains(&rmse), "{rmse}");
         let file = run["path"].as_str().expect("a path");
         assert!(RunFile::read(&directory.path().join(file)).complete());
     }
-    // The third is of another motor: a gap of many counts, and the diagnosis names what the board has.
+    // The third is of another motor: a gap of many counts, and the diagnosis names the board's effect.
     let gap = &document["gap"]["runs"][0];
     assert!(gap["position_rmse_counts"].as_f64() > Some(10.0), "{gap}");
     let diagnosis = &document["diagnosis"];
@@ -32,12 +32,12 @@ fn the_demo_records_both_sample_times_and_diagnoses_a_gap() {
     assert_eq!(diagnosis["effects"][0], "voltage_drop");
     let html = document["html"].as_str().expect("a path");
     let html = std::fs::read_to_string(directory.path().join(html)).expect("a page");
-    // Matches, gap and diagnosis are on one page.
+    // Agreement, gap and diagnosis are on one page.
     for name in ["step30.csv", "step3.csv", "gap.csv", "Diagnosis of the gap"] {
         assert!(html.contains(name), "{name}");
     }
     assert!(html.matches("<figure data-plot=").count() >= 4);
-    // It opens without a network: no address but the name of SVG's language and where uPlot, which is inside, comes from.
+    // It opens without a network: no address but SVG's name space and the source of uPlot, which is inlined.
     let addresses = html.replace("http://www.w3.org/2000/svg", "");
     let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
     for outside in ["http:", "https:", "src=", "@import", "url("] {
@@ -78,8 +78,7 @@ fn a_virtual_board_is_a_port_that_capture_opens_again_and_again() {
     let counts = |name: &str| RunFile::read(&directory.path().join(name)).column("counts");
     let (one, two) = (counts("one.csv"), counts("two.csv"));
     assert_eq!((one.len(), two.len()), (200, 200));
-    // The shaft is where the first run left it, and turns as far again; give or take the count in which
-    // it came to rest.
+    // The shaft is where the first run left it, and turns by the same angle, within one count.
     assert!(one[199] > 100.0 && two[0] >= one[199], "{one:?} {two:?}");
     let (first_turn, second_turn) = (one[199] - one[0], two[199] - two[0]);
     assert!((first_turn - second_turn).abs() <= 1.0);
@@ -92,13 +91,13 @@ fn any_program_may_open_a_virtual_board() {
     let directory = tempfile::tempdir().expect("a directory");
     let mut board = start(directory.path(), &["virtual", "virtual:?banner=hello"]);
     let port = first_line(&mut board);
-    // As a program would that knows nothing of motorlab: open, ask, read bytes.
+    // As a program without knowledge of motorlab: open, query, read bytes.
     let mut line = File::options()
         .read(true)
         .write(true)
         .open(Path::new(&port))
         .expect("openable");
-    // IDENTIFY as in PROTOCOL.md: type 81 and its CRC, stuffed.
+    // IDENTIFY as in PROTOCOL.md: type 81 and its CRC, COBS-encoded.
     line.write_all(&[0x00, 0x04, 0x81, 0x59, 0x60, 0x00])
         .expect("writable");
     let mut heard = Vec::new();
@@ -150,7 +149,7 @@ fn there_is_a_manual_page_for_each_subcommand_and_an_example_in_each_help() {
     }
 }
 
-/// A share or a time that is spelt otherwise makes no path of a profile, and no voltage a share.
+/// A share or a time in another notation does not turn a profile into a path, and a voltage is no share.
 #[test]
 fn a_profile_that_is_misspelt_is_named_or_explained() {
     let directory = tempfile::tempdir().expect("a directory");

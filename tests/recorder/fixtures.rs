@@ -1,4 +1,4 @@
-//! The raw logs in `fixtures/`: played directly and as a serial device, they give what their bytes say.
+//! The raw logs in `fixtures/`, replayed directly and as a serial device, give the content of their bytes.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use crate::support::command::{Finished, RunFile, finish, run, start};
 use crate::support::log_by_hand;
 
-/// A log of a board that speaks the wire, and what it holds.
+/// A log of a board with the wire protocol, and its content.
 struct Fixture {
     name: &'static str,
     ts: &'static str,
     profile: &'static str,
     duration: &'static str,
-    /// Samples that the board took.
+    /// Samples taken by the board.
     taken: usize,
     lost: i64,
 }
@@ -58,7 +58,7 @@ fn path_of(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Captures from a log that plays as a serial device; `arguments` come after the port.
+/// Captures from a log that is replayed as a serial device; `arguments` follow the port.
 fn captured_from_device(directory: &Path, log: &Path, arguments: &[&str]) -> Finished {
     let log = log.display().to_string();
     let mut device = start(directory, &["replay", &log, "--pty", "--speed", "max"]);
@@ -126,7 +126,7 @@ fn each_log_as_a_serial_device_is_captured_to_the_same_samples() {
         let file = RunFile::read(&directory.path().join("run.csv"));
         assert_eq!(sequence_and_counts(&file), log_by_hand::frames(&log));
         assert_eq!(file.summary("lost"), fixture.lost, "{}", fixture.name);
-        // The board's time, not the device's that plays it.
+        // The board's time, not that of the replaying device.
         let t_s = file.column("t_s");
         let ts: f64 = fixture.ts.parse().expect("a number");
         for (seq, t_s) in file.column("seq").iter().zip(t_s) {
@@ -186,7 +186,7 @@ fn the_recorded_board_is_the_simulated_motor_down_to_the_encoders_steps() {
             serde_json::from_str(&compared.output).expect("one document");
         let rmse = &document["runs"][0]["position_rmse_counts"];
         let rmse = rmse.as_f64().expect("a number");
-        // Rounding to whole counts alone leaves 1/sqrt(12) = 0.289.
+        // Quantization alone is 1/sqrt(12) = 0.289.
         assert!((0.2..0.35).contains(&rmse), "{name}: {rmse}");
     }
 }

@@ -1,4 +1,4 @@
-//! `motorlab firmware` and `motorlab flash`, with stand-ins for the tools that they call.
+//! `motorlab firmware` and `motorlab flash`, with substitutes for the tools that they call.
 #![cfg(unix)]
 
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::support::command::{Finished, motorlab, run};
 
-/// A PATH with only these programs; each writes its arguments to `called` and ends with `status`.
+/// A PATH with these programs only; each writes its arguments to `called` and exits with `status`.
 fn with_tools(directory: &Path, tools: &[&str], status: i32, arguments: &[&str]) -> Finished {
     let path = directory.join("bin");
     fs::create_dir_all(&path).expect("a folder");

@@ -1,4 +1,4 @@
-//! `capture --live`: what it shows on a terminal, and that a terminal that blocks costs no sample.
+//! `capture --live`: its display on a terminal, and no lost samples on a blocked terminal.
 #![cfg(unix)]
 
 use std::fs::{File, OpenOptions};
@@ -13,7 +13,7 @@ use motorlab::board::BoardSide;
 use motorlab::board::pty::Pty;
 use rustix::fs::OFlags;
 
-/// Opens the terminal for writing; with `patient`, a writer waits for room.
+/// Opens the terminal for writing; with `patient`, writing blocks.
 fn open(path: &Path, patient: bool) -> File {
     let mut flags = OFlags::NOCTTY;
     if !patient {
@@ -25,7 +25,7 @@ fn open(path: &Path, patient: bool) -> File {
     options.open(path).expect("the terminal's far end")
 }
 
-/// Starts a live capture of 1.5 s whose standard error is this terminal.
+/// Starts a live capture of 1.5 s with this terminal as standard error.
 fn capture_on(terminal: &Pty, directory: &Path) -> Child {
     let arguments = ["capture", "virtual:", "--live", "--duration", "1.5"];
     motorlab(directory, &arguments)
@@ -34,7 +34,7 @@ fn capture_on(terminal: &Pty, directory: &Path) -> Child {
         .expect("the command starts")
 }
 
-/// Waits for the end, doing something now and then; a command that does not end is killed.
+/// Waits for the end, calling `meanwhile` in between; a command that does not end is killed.
 fn status_of(mut child: Child, mut meanwhile: impl FnMut()) -> Option<i32> {
     let until = Instant::now() + Duration::from_secs(60);
     while Instant::now() < until {
@@ -51,9 +51,9 @@ fn status_of(mut child: Child, mut meanwhile: impl FnMut()) -> Option<i32> {
 #[test]
 fn a_terminal_that_blocks_costs_no_sample() {
     let mut terminal = Pty::open().expect("a pseudo-terminal");
-    // Filled to the brim: the first byte of the picture blocks.
+    // Filled completely: the first byte of the display blocks.
     let mut full = open(terminal.path(), false);
-    // The kernel hands bytes on in the background, which makes room a few times more.
+    // The kernel passes bytes on in the background, which frees room a few times more.
     let mut refusals = 0;
     while refusals < 20 {
         match full.write(b".") {
@@ -71,7 +71,7 @@ fn a_terminal_that_blocks_costs_no_sample() {
     let file = RunFile::read(&directory.path().join("run.csv"));
     assert_eq!((file.rows.len(), file.complete()), (500, true));
     assert_eq!(file.summary("lost"), 0);
-    // Nothing was drawn, for nothing was ever read.
+    // Nothing was drawn, as nothing was read.
     let mut seen = Vec::new();
     let mut buffer = [0; 4096];
     while let Ok(count @ 1..) = terminal.read_some(&mut buffer) {
@@ -97,7 +97,7 @@ fn it_draws_what_is_recorded_and_gives_the_terminal_back() {
     for word in ["RPM", "simulated", "difference"] {
         assert!(seen.contains(word), "{word}");
     }
-    // Into the other screen once, and out of it at the end.
+    // Into the alternate screen once, and out of it at the end.
     assert_eq!(seen.matches("\x1b[?1049h").count(), 1);
     assert!(seen.ends_with("\x1b[?1049l\x1b[?25h"), "{seen:?}");
     let file = RunFile::read(&directory.path().join("run.csv"));

@@ -1,5 +1,4 @@
-//! Long recordings: nothing drifts, wraps, grows or spins. `benches/soak.rs` measures the same in
-//! real time.
+//! Long recordings: no drift, wrap, growth or busy loop. `benches/soak.rs` measures the same in real time.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -23,7 +22,7 @@ use rand_pcg::Pcg64;
 /// Samples of an hour at 3 ms.
 const AN_HOUR: u64 = 1_200_000;
 
-/// Checks every row of a run at 3 ms without holding it in memory; says how many there are.
+/// Checks every row of a run at 3 ms without holding it in memory; returns their number.
 fn check_rows(path: &Path) -> u64 {
     let mut k = 0_u64;
     for line in BufReader::new(File::open(path).expect("a run file")).lines() {
@@ -42,13 +41,13 @@ fn check_rows(path: &Path) -> u64 {
 #[test]
 fn an_hour_in_accelerated_time_is_whole_and_memory_stays_flat() {
     let directory = tempfile::tempdir().expect("a directory");
-    // micros() wraps after 55 minutes of it.
+    // micros() wraps after 55 minutes.
     let board = "virtual:?speed=max&micros_start=994967296";
     let arguments = ["capture", board, "--duration", "3600", "--json"];
     let child = start(directory.path(), &arguments);
     let path = directory.path().join("run.csv");
     let (mut early_kb, mut peak_kb) = (None, None);
-    // Until it has ended: a process that is not waited for has no memory any more.
+    // Until it has ended: after that its memory cannot be read.
     let started = Instant::now();
     while started.elapsed() < Duration::from_secs(600) {
         let Some(now_kb) = process::peak_memory_kb(child.id()) else {
@@ -68,8 +67,8 @@ fn an_hour_in_accelerated_time_is_whole_and_memory_stays_flat() {
     assert_eq!(json["lost"], 0);
     assert_eq!(check_rows(&path), AN_HOUR);
     match (early_kb, peak_kb) {
-        // The queue in front of a recorder that gets no processor time may take 32 MB; an hour of
-        // samples kept in memory would take 67 MB at 56 bytes each.
+        // The queue of a recorder without processor time may take 32 MB; an hour of samples kept in memory would take
+        // 67 MB at 56 bytes each.
         (Some(early_kb), Some(peak_kb)) => {
             assert!(peak_kb < early_kb + 40_000, "{early_kb} to {peak_kb} kB");
         }
@@ -95,12 +94,11 @@ fn at_333_hertz_it_uses_little_of_a_core() {
     let (Some(before), Some(after)) = (before, after) else {
         return support::skip("at_333_hertz_it_uses_little_of_a_core", "no /proc");
     };
-    // Below 2 % in a release build on a quiet machine; what polls or spins uses all it can get.
+    // Below 2 % in a release build on an idle machine; a busy loop uses all it can get.
     let share = (after - before) / elapsed_s;
     assert!(share < 0.1, "{share}");
 }
 
-/// Bytes of a board, into a raw log.
 struct Board<W: Write> {
     log: rawlog::Writer<W>,
 }
@@ -124,8 +122,8 @@ impl<W: Write> Board<W> {
 /// Samples of ten minutes at 3 ms.
 const TEN_MINUTES: u32 = 200_000;
 
-/// A raw log of ten minutes from a board whose crystal is `ppm` fast and whose `micros()` wraps in the
-/// middle. Each read returns 0.3 to 4.4 ms late, as through a USB serial chip.
+/// A raw log of ten minutes from a board whose crystal is `ppm` fast and whose `micros()` wraps in the middle. Each
+/// read returns 0.3 to 4.4 ms late, as through a USB serial chip.
 fn ten_minutes(path: &Path, ppm: f64, seed: u64) {
     let mut header = toml::Table::new();
     header.insert("port".to_owned(), "/dev/ttyACM0".into());
@@ -204,15 +202,15 @@ fn a_crystal_that_is_200_ppm_off_is_fitted_to_within_1_ppm() {
         let number = |key: &str| file.header["summary"][key].as_float().expect("a number");
         let fitted = number("clock_fast_ppm");
         assert!((fitted - ppm).abs() < 1.0, "{ppm} fitted as {fitted}");
-        // A uniform delay of width 4.1 ms has a standard deviation of 4.1 ms / sqrt(12); those that
-        // wait for the one before are a little closer together.
+        // A uniform delay of width 4.1 ms has a standard deviation of 4.1 ms / sqrt(12); delays after a previous one
+        // are slightly less spread.
         let residual_s = number("clock_residual_rms_s");
         let uniform_s = 4.1e-3 / 12_f64.sqrt();
         assert!(
             (0.7 * uniform_s..1.05 * uniform_s).contains(&residual_s),
             "{residual_s}"
         );
-        // The time base is the board's own clock all the same.
+        // The time base is the board's clock nevertheless.
         assert_eq!(file.rows[199_999][1], "599.997000");
     }
 }

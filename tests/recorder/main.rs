@@ -1,4 +1,4 @@
-//! Recording from boards, ports and raw logs, and the run files that come of it.
+//! Recordings from boards, ports and raw logs, and their run files.
 
 #[path = "../support/mod.rs"]
 mod support;

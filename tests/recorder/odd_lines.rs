@@ -1,5 +1,5 @@
-//! Lines of a text board that are odd: damaged on the way, stamped by a coarse clock, with units or text in them. And a counter of a
-//! binary board that wraps in a gap.
+//! Implausible lines of a text board: damaged in transmission, stamped by a coarse clock, with units or text in them.
+//! And a 16-bit counter of a binary board that wraps in a gap.
 #![cfg(unix)]
 
 use super::text_boards::capture_from;
@@ -25,7 +25,7 @@ fn sound(k: u32) -> String {
 fn one_damaged_line_ends_no_run() {
     type Damage = fn(String) -> String;
     let damages: [(Damage, u64); 5] = [
-        // A digit of the time twice, one that is lost, another one; a digit more in the counts.
+        // A digit of the time doubled, lost, changed; an additional digit in the counts.
         (|line| format!("5{line}"), 1),
         (|line| line[1..].to_owned(), 1),
         (|line| format!("9{}", &line[1..]), 1),
@@ -57,7 +57,7 @@ fn one_damaged_line_ends_no_run() {
 
 #[test]
 fn a_time_of_two_decimals_is_a_coarse_clock() {
-    // print(t, 2) every 5 ms: each stamp comes twice.
+    // print(t, 2) every 5 ms: each stamp is repeated.
     let line = |k: u32| format!("{}.{:02} {} 200\n", k / 200, k % 200 / 2, 3 * k);
     let arguments = ["--columns", "t_s,counts,pwm", "--duration", "1.5"];
     let (done, file) = capture_from(line, &arguments);
@@ -150,8 +150,8 @@ fn a_time_that_runs_backward_ends_the_run() {
     assert_eq!(file.expect("a file").rows.len(), 1);
 }
 
-/// A byte in 14 is lost, and with it three frames of four: in the longest gaps the counter passes half its range. The same board whose
-/// counter has 32 bits, on a sound line, says where.
+/// One byte in 14 is lost, and so three frames of four: in the longest gaps the counter passes half its range. The
+/// same board with a 32-bit counter on a good line shows where.
 #[test]
 fn a_counter_of_16_bits_that_can_go_round_in_a_gap_is_flagged() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -1,5 +1,5 @@
-//! Recorder and simulator turn the same counts into the same speeds: a board that counts what was
-//! simulated is recorded, and the two `velocity_rad_s` columns agree to the last bit.
+//! Recorder and simulator compute the same speeds from the same counts: a board with the simulated counts is
+//! recorded, and the two `velocity_rad_s` columns agree bitwise.
 #![cfg(unix)]
 
 use std::time::Duration;
@@ -14,7 +14,7 @@ use motorlab::recording::{CaptureRequest, SharedLive, capture};
 const SAMPLE_TIME_US: u32 = 3_000;
 const SAMPLES: u32 = 1_000;
 
-/// Counts from a list, one a sample.
+/// Counts from a list, one per sample.
 struct Counted {
     counts: Vec<i64>,
     sample: usize,
@@ -38,7 +38,7 @@ impl Bench for Counted {
     }
 }
 
-/// Simulates a run and records a board that counts the same; `(simulated, recorded)`.
+/// Simulates a run and records a board with the same counts; `(simulated, recorded)`.
 fn the_same_counts(faults: Faults) -> (RunFile, RunFile) {
     let directory = tempfile::tempdir().expect("a directory");
     let arguments = [
@@ -121,7 +121,7 @@ fn over_a_loss_the_recorder_divides_by_the_samples_that_the_simulator_has_there(
     for k in 1..seq.len() {
         let (from, to) = (seq[k - 1] as usize, seq[k] as usize);
         over_losses += usize::from(to - from > 1);
-        // The mean of the simulator's speeds over the samples that elapsed.
+        // The mean of the simulator's speeds over the elapsed samples.
         let mean = simulated[from + 1..=to].iter().sum::<f64>() / (to - from) as f64;
         assert!((speeds[k] - mean).abs() < 1e-9, "row {k}");
     }

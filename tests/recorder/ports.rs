@@ -1,5 +1,5 @@
-//! Ports that cannot be opened, and what is on them if not a board: the message names it and says what
-//! to do, the exit status tells whose fault it is.
+//! Ports that cannot be opened, or have another device than a board: the message names it and a remedy, the exit
+//! status distinguishes input from device errors.
 #![cfg(unix)]
 
 use std::fs::{File, Permissions};
@@ -44,7 +44,7 @@ fn a_device_that_is_no_serial_port() {
     }
 }
 
-/// Captures from a line on which something else sends `bytes` every 10 ms.
+/// Captures from a line on which another device sends `bytes` every 10 ms.
 fn capture_from_something_that_sends(bytes: &[u8]) -> Finished {
     let mut pty = Pty::open().expect("a pseudo-terminal");
     let port = pty.path().display().to_string();
@@ -109,13 +109,13 @@ fn a_second_reader_is_kept_out_and_the_first_is_named() {
     assert_eq!(second.status, Some(3), "{}", second.messages);
     let holder = format!("is in use by motorlab (process {})", first.id());
     assert!(second.messages.contains(&holder), "{}", second.messages);
-    // The second one stole nothing.
+    // The second one took no bytes.
     let first = finish(first);
     assert_eq!(first.status, Some(0), "{}", first.messages);
     assert!(first.output.contains("\"lost\": 0"));
 }
 
-/// Runs `capture PORT` as the user nobody; `None` where that cannot be done.
+/// Runs `capture PORT` as the user nobody; `None` if that is not possible.
 fn capture_as_nobody(port: &str) -> Option<Finished> {
     let directory = tempfile::tempdir().expect("a directory");
     let open = Permissions::from_mode(0o777);
@@ -185,7 +185,7 @@ fn the_lock_keeps_another_user_out_too() {
     };
     assert_eq!(done.status, Some(3), "{}", done.messages);
     assert!(done.messages.contains("is in use by"), "{}", done.messages);
-    // Who cannot see the holder is told of ModemManager, with the rule that keeps it away.
+    // A user who cannot see the holder gets the hint about ModemManager, with the rule that excludes it.
     for part in ["ModemManager", "ID_MM_DEVICE_IGNORE", "/etc/udev/rules.d/"] {
         assert!(done.messages.contains(part), "{}", done.messages);
     }

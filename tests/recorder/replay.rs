@@ -1,4 +1,4 @@
-//! Raw logs: what `capture --log` writes, `replay` plays, through the decoder or as a serial device.
+//! Raw logs: `capture --log` writes them, `replay` plays them, through the decoder or as a serial device.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -74,7 +74,7 @@ fn a_log_as_a_serial_device_is_captured_again() {
         ];
         run(directory.path(), &arguments)
     };
-    // The recorded sample time is the only one that it can play.
+    // Only the recorded sample time can be played.
     let refused = capture("0.03", "slow.csv");
     assert_eq!(refused.status, Some(2), "{}", refused.messages);
     assert!(refused.messages.contains("cannot keep this sample time"));
@@ -100,7 +100,7 @@ fn a_factor_keeps_the_log_to_its_own_time() {
         .filter_map(|line| line.split_once(" <")?.0.trim().parse().ok())
         .collect();
     let from_first_s = (arrivals[arrivals.len() - 1] - arrivals[0]) as f64 * 1e-6;
-    // No faster than asked: a busy computer makes it later, nothing makes it earlier.
+    // Not faster than requested: a busy computer can only delay it.
     let begun = Instant::now();
     let arguments = ["replay", "raw.log", "--speed", "0.5", "-o", "slow.csv"];
     let done = run(directory.path(), &arguments);
@@ -126,7 +126,7 @@ fn a_torn_log_replays_up_to_the_tear_and_falls_short() {
     assert_eq!(torn.rows[..], first.rows[..torn.rows.len()]);
 }
 
-/// An invalid line in the middle ends the run there: every row before it is in the file, and said.
+/// An invalid line in the middle ends the run there: every row before it is in the file, and reported.
 #[test]
 fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many() {
     let directory = tempfile::tempdir().expect("a directory");
@@ -158,7 +158,7 @@ fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many()
     );
     assert_eq!(file.rows[..], first.rows[..file.rows.len()]);
     is_said(&done, line, file.rows.len());
-    // Text lines of a plain sketch, the same.
+    // The same for text lines of a plain sketch.
     std::fs::remove_file(directory.path().join("damaged.csv")).expect("a file");
     let mut plain =
         String::from("# format = \"motorlab-rawlog/1\"\n# columns = \"t_us,counts,pwm\"\n");
@@ -170,7 +170,7 @@ fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many()
     let line = damaged("plain.log");
     let done = run(directory.path(), &arguments);
     let file = RunFile::read(&directory.path().join("damaged.csv"));
-    // After two lines of header; the first line of all may have begun before, and is left out.
+    // After two lines of header; the first line may be incomplete, and is left out.
     assert_eq!(file.rows.len(), line - 4, "{}", done.messages);
     is_said(&done, line, file.rows.len());
 }
@@ -195,8 +195,8 @@ fn a_file_that_is_no_raw_log_is_refused_with_its_first_line() {
     assert!(done.messages.contains("bad.log: line 2 of the raw log"));
 }
 
-/// Writes `raw.log` again as `told.log`, with what the host said passed through `retell`, which drops a
-/// message by `None`.
+/// Rewrites `raw.log` as `told.log`, with the host's messages mapped by `retell`, which drops a message by returning
+/// `None`.
 fn retold(directory: &Path, retell: impl Fn(HostMessage) -> Option<HostMessage>) {
     let log = File::open(directory.join("raw.log")).expect("a log");
     let mut log = Reader::new(BufReader::new(log)).expect("a raw log");

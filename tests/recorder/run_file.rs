@@ -1,4 +1,4 @@
-//! Run files as others write them: what is read, what is said, what is refused.
+//! Run files of other writers: accepted, noted, refused.
 
 use std::io::Read;
 
@@ -50,12 +50,12 @@ fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
     let (run, notes) = read(&text.replace('\n', "\r\n")).unwrap();
     assert_eq!(run.counts, [0, -2]);
     assert_eq!(notes, []);
-    // A pipe may give its bytes one by one.
+    // A pipe may deliver single bytes.
     let bytes = text.as_bytes();
     let in_blocks = bytes[..1].chain(&bytes[1..2]).chain(&bytes[2..]);
     let (run, _) = read_run_from(in_blocks, "a pipe").unwrap();
     assert_eq!(run.counts, [0, -2]);
-    // The names came from a file of their own.
+    // The column names came from another file, with its byte order mark.
     let text = format!("{HEADER}\u{feff}t_s,command_v,counts\n0,0,7\n");
     for cut in 0..=text.len() {
         let (begin, rest) = text.as_bytes().split_at(cut);

@@ -1,4 +1,4 @@
-//! Plain Arduino sketches that print their samples as text, recorded as they are.
+//! Recordings of plain Arduino sketches that print their samples as text.
 #![cfg(unix)]
 
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ pub fn capture_from(
                 .is_ok_and(|ready| ready.connected)
             {
                 let text = line(k);
-                // Opening the port meets the middle of a line.
+                // The port is opened in the middle of a line.
                 let from = if k == 0 { text.len() / 2 } else { 0 };
                 pty.write_some(&text.as_bytes()[from..]).expect("room");
                 k += 1;
@@ -80,7 +80,7 @@ fn named_columns_with_the_boards_time_make_an_ordinary_run() {
     for (seq, t_s) in seq.iter().zip(&t_s) {
         assert!((t_s - seq * 0.005).abs() < 1e-9);
     }
-    // Two counts a sample: also over the loss, where the difference is divided by the samples elapsed.
+    // Two counts per sample, also over the loss, where the difference is divided by the elapsed samples.
     let speed = 2.0 * std::f64::consts::TAU / (720.0 * 0.005);
     for velocity in &file.column("velocity_rad_s")[1..] {
         assert!((velocity - speed).abs() < 1e-9);
@@ -128,14 +128,14 @@ fn without_the_boards_time_the_file_says_that_its_timing_is_the_hosts() {
     let file = file.expect("a file");
     assert_eq!(file.header["timing"].as_str(), Some("host"));
     assert!(!file.columns.contains(&"seq".to_owned()));
-    // The profile tells what the lines do not: a rest, then the supply.
+    // The profile supplies the command: a rest, then the supply.
     let commands = file.column("command_v");
     assert_eq!((commands[0], commands[commands.len() - 1]), (0.0, 4.5));
 }
 
 #[test]
 fn a_host_timed_run_with_bunched_lines_can_be_read() {
-    // Four lines to a write, as a USB serial chip hands them on.
+    // Four lines per write, as a USB serial chip delivers them.
     let line = |k: u32| (4 * k..4 * k + 4).map(|n| format!("{n},2.5\n")).collect();
     let arguments = [
         "--columns",
@@ -152,7 +152,7 @@ fn a_host_timed_run_with_bunched_lines_can_be_read() {
     assert!(run.is_host_timed());
     assert_eq!(notes, [ReadNote::HostTimed]);
     assert!(run.t_s.windows(2).all(|pair| pair[1] > pair[0]));
-    // Not one line is missing.
+    // No line is missing.
     assert!(run.counts.windows(2).all(|pair| pair[1] - pair[0] == 1));
 }
 
@@ -274,7 +274,7 @@ fn a_line_in_between_that_is_no_sample_is_counted_and_shown() {
 #[test]
 fn a_line_whose_time_leaps_is_passed_over_and_counted() {
     let line = |k: u32| match k {
-        // A digit too many.
+        // An additional digit.
         30 => "1500000000,30,255\n".to_owned(),
         k => format!("{},{k},255\n", k * 5000),
     };
@@ -302,7 +302,7 @@ fn a_clock_that_leaps_for_good_ends_the_run() {
 
 #[test]
 fn a_time_unit_that_the_hosts_clock_contradicts_is_said_at_once() {
-    // Micros that are called milliseconds, and the other way round; labels that call them seconds.
+    // Microseconds named milliseconds, and the reverse; labels that name them seconds.
     for (line, columns, right) in [
         (
             (|k| format!("{},{k},128\n", k * 5000)) as fn(u32) -> String,
@@ -341,7 +341,7 @@ fn given_columns_beat_the_labels_of_the_lines() {
     let file = file.expect("a file");
     assert_eq!(file.rows.len(), 100);
     assert!((file.column("t_s")[99] - 0.495).abs() < 1e-9);
-    // Another order is no matter of units.
+    // The order of columns does not affect units.
     let (done, _) = capture_from(line, &["--columns", "t_ms,pwm,counts", "--duration", "0.5"]);
     assert_eq!(done.status, Some(3), "{}", done.messages);
     assert!(
@@ -430,7 +430,7 @@ fn commands_beyond_full_scale_and_leaping_counts_are_reported() {
         done.messages
     );
     let line = |k: u32| {
-        // For good: a line that leaps and comes back is skipped.
+        // Permanently: a line that jumps and returns is skipped.
         let counts = k + k / 25 * 1_000_000;
         format!("{},{counts},128\n", k * 5000)
     };
@@ -445,7 +445,7 @@ fn commands_beyond_full_scale_and_leaping_counts_are_reported() {
     assert_eq!(flagged.count() as i64, file.summary("counts_leaps"));
 }
 
-/// A motor that turns 10 counts, then 30, every 5 ms, of 360 a turn.
+/// A motor with 10 counts, then 30, every 5 ms, at 360 per revolution.
 fn counted(k: u32) -> i64 {
     let k = i64::from(k);
     if k < 40 { 10 * k } else { 400 + 30 * (k - 40) }

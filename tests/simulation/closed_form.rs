@@ -1,4 +1,4 @@
-//! Every effect against a closed form or a conserved quantity: at least one each, none of them computed by the simulator.
+//! Every effect against at least one closed form or conserved quantity that is not computed by the simulator.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -9,9 +9,9 @@ use motorlab::recording::CommandKind;
 
 /// Sample time in s.
 const TS: f64 = 0.003;
-/// Of modes that are affine: rounding alone.
+/// Tolerance of affine modes: rounding.
 const EXACT: f64 = 1e-9;
-/// Of the others, in rad, rad/s, A or relative energy.
+/// Tolerance of the others, in rad, rad/s, A or relative energy.
 const CONVERGED: f64 = 1e-6;
 
 const VOLT: CommandKind = CommandKind::Voltage;
@@ -76,7 +76,7 @@ impl FirstOrder {
         (self.b + self.k * self.k / self.r) / self.j
     }
 
-    /// Steady speed at `volts` where `torque` comes on top of what the current makes.
+    /// Steady speed at `volts` with an additional `torque`.
     fn steady(&self, volts: f64, torque: f64) -> f64 {
         (self.k * volts / self.r + torque - self.tf) / (self.b + self.k * self.k / self.r)
     }
@@ -125,19 +125,19 @@ fn keeps_energy(run: &Trajectory, work: impl Fn(f64) -> f64) {
 fn command_effects() {
     let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.76, -0.74, 2.0]);
     let nominal = run(&motor(&[]), VOLT, &u);
-    // Late by two samples: the same angles, two samples later.
+    // A delay of two samples: the same angles, two samples later.
     let late = run(&motor(&[("transport_delay", &[2.0 * TS])]), VOLT, &u);
     for k in 2..u.len() {
         near(late.angle_rad[k], nominal.angle_rad[k - 2], EXACT);
     }
-    // Small commands might as well be 0.
+    // Small commands are equivalent to 0.
     let zone = run(&motor(&[("dead_zone", &[0.75])]), VOLT, &u);
     let cut: Vec<f64> = u
         .iter()
         .map(|u| if u.abs() <= 0.75 { 0.0 } else { *u })
         .collect();
     assert_eq!(zone, run(&motor(&[]), VOLT, &cut));
-    // ... with another size in each direction; with the same one it is that dead zone.
+    // ... with another size in each direction; with the same size it is that dead zone.
     let both = run(&motor(&[("asymmetric_dead_zone", &[0.72, 1.2])]), VOLT, &u);
     let cut: Vec<f64> = u
         .iter()
@@ -150,7 +150,7 @@ fn command_effects() {
 
 #[test]
 fn driver_effects() {
-    // A drop is a smaller voltage as long as current flows one way.
+    // A drop is a lower voltage as long as the current keeps its sign.
     let run_drop = run(&motor(&[("voltage_drop", &[0.6])]), VOLT, &[4.5; 400]);
     for k in 0..400 {
         near(
@@ -159,7 +159,7 @@ fn driver_effects() {
             EXACT,
         );
     }
-    // ... and another one back.
+    // ... and a different one backwards.
     let drops = motor(&[("asymmetric_voltage_drop", &[0.6, 1.1])]);
     let (there, back) = (
         run(&drops, VOLT, &[4.5; 400]),
@@ -170,7 +170,7 @@ fn driver_effects() {
         near(there.angle_rad[k], NOMINAL.step(3.9, 0.0, t).0, EXACT);
         near(back.angle_rad[k], -NOMINAL.step(3.4, 0.0, t).0, EXACT);
     }
-    // Drops alike are one drop, whatever current does on the way.
+    // Equal drops are one drop, for any current.
     let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
     let alike = run(
         &motor(&[("asymmetric_voltage_drop", &[0.4, 0.4])]),
@@ -178,14 +178,14 @@ fn driver_effects() {
         &u,
     );
     assert_eq!(alike, run(&motor(&[("voltage_drop", &[0.4])]), VOLT, &u));
-    // A gain that differs by direction is a command that does.
+    // An asymmetric gain is an asymmetric command.
     let lame = run(&motor(&[("asymmetric_gain", &[-0.2])]), VOLT, &u);
     let shifted: Vec<f64> = u.iter().map(|u| u - 0.2 * u.abs()).collect();
     let expected = run(&motor(&[]), VOLT, &shifted);
     for (a, b) in lame.angle_rad.iter().zip(&expected.angle_rad) {
         near(*a, *b, EXACT);
     }
-    // In an open circuit the motor coasts by its friction: J w' = -b w - Tf.
+    // In an open circuit the motor coasts with its friction: J w' = -b w - Tf.
     let coasting = |w0: f64, t: f64| (w0 + 2.0) * (-NOMINAL.b * t / NOMINAL.j).exp() - 2.0;
     let mut off = vec![4.5; 300];
     off.extend([0.0; 200]);
@@ -209,7 +209,8 @@ fn driver_effects() {
             EXACT,
         );
     }
-    // At the limit the torque is constant: w = (K I - Tf) / b (1 - e^(-b t / J)), until the back EMF takes over.
+    // At the limit the torque is constant: w = (K I - Tf) / b (1 - e^(-b t / J)), until the back EMF limits the
+    // current.
     let limited = run(&motor(&[("current_limit", &[0.2])]), VOLT, &[4.5; 400]);
     let top = (NOMINAL.k * 0.2 - NOMINAL.tf) / NOMINAL.b;
     let over = (4.5 - 0.2 * NOMINAL.r) / NOMINAL.k;
@@ -255,7 +256,8 @@ fn electrical_effects() {
     let i = warm.current_a[6999];
     near(10.0 * (1.0 + 0.8 * i * i * 10.0) * i, 4.5, CONVERGED);
     near(warm.current_a[0], 0.45, EXACT);
-    // At a given current I the loss is I^2 R (1 - e^(-t / tau)): so much weaker is the torque of a motor without friction.
+    // At a given current I the loss is I^2 R (1 - e^(-t / tau)), which reduces the torque of a motor without
+    // friction.
     let (drop, tau, amperes) = (0.5, 1.0, 0.4);
     let mut weak = frictionless(&[("magnet_weakening", &[drop, tau])]);
     weak.parameters.inertia_kg_m2 = 0.2;
@@ -270,7 +272,7 @@ fn electrical_effects() {
             CONVERGED,
         );
     }
-    // At a given current ripple is a potential: the work depends on the angle alone.
+    // At a given current ripple has a potential: the work depends on the angle alone.
     let (amplitude, n, phase) = (0.12, 11.0, 0.7);
     let ripple = frictionless(&[("torque_ripple", &[amplitude, n, phase])]);
     let turning = run(&ripple, CommandKind::Current, &[0.03; 200]);
@@ -333,8 +335,8 @@ fn friction_and_inertia() {
             EXACT,
         );
     }
-    // A load that would drive the motor back against 0.14 N m meets Tf + 0.35 * 0.14 = 0.069 N m: it holds at rest what would
-    // stop it as soon as it moved, though driving takes 0.2 only.
+    // A load of 0.14 N m that would drive the motor back meets Tf + 0.35 * 0.14 = 0.069 N m: it holds at rest what
+    // would stop it immediately, although driving takes 0.2 only.
     let hung = |torque_nm: f64| {
         let hanging = motor(&[
             ("load_friction", &[0.2, 0.35]),
@@ -344,7 +346,7 @@ fn friction_and_inertia() {
     };
     assert!(hung(0.2089).iter().all(|angle| *angle == 0.0));
     assert!(hung(0.2091)[399] < -1e-6);
-    // Breakaway at Tf + dT, to a microvolt, and a steady speed at which all torques are in balance.
+    // Breakaway at Tf + dT, to a microvolt, and a steady speed in torque balance.
     let stribeck = motor(&[("stribeck", &[0.03, 0.5])]);
     let breakaway = 0.05 * 10.0 / 0.7;
     assert_eq!(
@@ -361,21 +363,22 @@ fn friction_and_inertia() {
 
 #[test]
 fn torques_of_the_angle_and_the_speed() {
-    // A constant torque against Dahl's friction, which is one of the angle while the shaft turns one way.
+    // A constant torque against Dahl's friction, which is a function of the angle while the shaft keeps its
+    // direction.
     let z = 0.035;
     let mut dahl = frictionless(&[("presliding", &[z])]);
     dahl.parameters.coulomb_friction_nm = 0.02;
     keeps_energy(&run(&dahl, TORQUE, &[0.03; 200]), |x| {
         0.03 * x - 0.02 * (x + z * (-x / z).exp_m1())
     });
-    // It builds up to whatever holds the sliding shaft back: more where friction grows with the torque ...
+    // It approaches the sliding friction: more if friction increases with the torque ...
     let mut loaded = frictionless(&[("presliding", &[z]), ("load_friction", &[0.2, 0.4])]);
     loaded.parameters.coulomb_friction_nm = 0.02;
     let (level, longer) = (0.02 + 0.2 * 0.03, z * (1.0 + 0.2 * 0.03 / 0.02));
     keeps_energy(&run(&loaded, TORQUE, &[0.03; 200]), |x| {
         0.03 * x - level * (x + longer * (-x / longer).exp_m1())
     });
-    // ... and where it falls with the speed, at the steady one.
+    // ... and if it decreases with the speed, that at the steady one.
     let falling = motor(&[("presliding", &[z]), ("stribeck", &[0.03, 0.5])]);
     let w = run(&falling, VOLT, &[1.2; 3000]).speed_rad_s[2999];
     let balance =
@@ -391,7 +394,7 @@ fn torques_of_the_angle_and_the_speed() {
     keeps_energy(&run(&gravity, TORQUE, &[0.06; 200]), |x| {
         0.06 * x - 0.04 * (f64::cos(0.6) - (x + 0.6).cos())
     });
-    // Drag alone: 1 / w grows evenly.
+    // Drag alone: 1 / w increases linearly.
     let mut command = vec![0.02; 100];
     command.extend([0.0; 400]);
     let drag = frictionless(&[("quadratic_drag", &[0.002])]);
@@ -422,7 +425,7 @@ fn torques_of_the_angle_and_the_speed() {
 fn transmissions() {
     let (torque, j, f) = (0.01, 0.002, 0.4);
     let (j1, j2) = ((1.0 - f) * j, f * j);
-    // Across half the gap alone, then as one with the momentum of the motor side.
+    // The motor side alone across half the gap, then both with its momentum.
     for encoder in [0.0, 1.0] {
         let gap = 0.07;
         let run = run(
@@ -449,7 +452,7 @@ fn transmissions() {
         }
         assert!((10..140).contains(&touched));
     }
-    // On an undamped spring the twist swings about its mean, the centre of mass gains speed evenly.
+    // On an undamped spring the twist oscillates about its mean, and the centre of mass accelerates uniformly.
     let (frequency, gap) = (10.0, 0.07);
     let omega = TAU * frequency;
     let spring = |motor: &Motor, start: f64, twist0: f64, rate0: f64, (x0, v0): (f64, f64)| {
@@ -477,7 +480,7 @@ fn transmissions() {
     };
     let elastic = frictionless(&[("compliance", &[frequency, 0.0, f, 0.0])]);
     assert_eq!(spring(&elastic, 0.0, 0.0, 0.0, (0.0, 0.0)), 150);
-    // With play in series the spring is met at speed, and let go of when it would have to pull.
+    // With play in series the spring is reached at speed, and released when it would have to pull.
     let both = frictionless(&[
         ("backlash", &[gap, f, 0.0]),
         ("compliance", &[frequency, 0.0, f, 0.0]),
@@ -529,7 +532,7 @@ fn sensor_and_timing() {
     }
 }
 
-/// A step from rest either way: forward and reverse are two first-order motors.
+/// A step from rest in each direction: forward and reverse are two first-order motors.
 #[test]
 fn direction_dependence_equals_two_motors() {
     let viscous = motor(&[("asymmetric_viscous", &[0.4])]);
@@ -551,7 +554,7 @@ fn direction_dependence_equals_two_motors() {
             near(carries.speed_rad_s[k], s * speed, EXACT);
         }
     }
-    // Friction holds a load below its level, and no other.
+    // Friction holds a load below its level only.
     for (torque, moves) in [(0.019, false), (0.021, true)] {
         let hangs = run(&motor(&[("constant_load", &[torque])]), VOLT, &[0.0; 60]);
         assert_eq!(hangs.angle_rad[59] < 0.0, moves, "{torque} N m");
@@ -581,7 +584,7 @@ fn sensors_that_remember() {
         VOLT,
         &[4.5; 800],
     );
-    // At a steady speed the share is the law's; slowly the encoder loses nothing.
+    // At a steady speed the share is the law's; at low speed the encoder loses nothing.
     let kept = 1.0 / (1.0 + 0.9_f64.powf(-6.0));
     let span = |x: &[f64]| x[799] - x[500];
     near(
@@ -612,12 +615,12 @@ fn sensors_that_remember() {
 
 #[test]
 fn a_late_column_is_the_next_command() {
-    // Two samples late: the motor does what stands two samples on, from the start.
+    // Two samples late: the motor follows the commands two samples ahead, from the start.
     let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
     let late = run(&motor(&[("command_offset", &[2.0 * TS])]), VOLT, &u);
     let early = run(&motor(&[]), VOLT, &[&u[2..], &[2.0, 2.0]].concat());
     assert_eq!(late, early);
-    // Two and a half late, half a sample too long on the way: the same.
+    // Two and a half late with a delay of half a sample: the same.
     let both = motor(&[
         ("command_offset", &[2.5 * TS]),
         ("transport_delay", &[0.5 * TS]),
@@ -625,12 +628,12 @@ fn a_late_column_is_the_next_command() {
     for (a, b) in run(&both, VOLT, &u).angle_rad.iter().zip(&early.angle_rad) {
         near(*a, *b, EXACT);
     }
-    // All of it late: the last command from the start.
+    // Longer than the run: the last command from the start.
     let ahead = run(&motor(&[("command_offset", &[50.0])]), VOLT, &u);
     assert_eq!(ahead, run(&motor(&[]), VOLT, &vec![2.0; u.len()]));
 }
 
-/// Resistance times the mean current of pulses, pulse by pulse, until they repeat. Time in L/R.
+/// Resistance times the mean current of pulses, pulse by pulse, until they are periodic. Time in L/R.
 fn mean_of_pulses(volts: f64, emf: f64, duty: f64, period: f64, into_supply: bool) -> f64 {
     const STEPS: u32 = 20_000;
     let fade = (-period / f64::from(STEPS)).exp();
@@ -646,7 +649,7 @@ fn mean_of_pulses(volts: f64, emf: f64, duty: f64, period: f64, into_supply: boo
             };
             let goal = terminals - emf;
             let next = goal + (current - goal) * fade;
-            // Diodes carry no current back.
+            // Diodes block a reverse current.
             let next = if k < pulse { next } else { next.max(0.0) };
             sum += 0.5 * (current + next);
             current = next;
@@ -672,13 +675,13 @@ fn pulses_that_freewheel_have_the_mean_current_of_pulses() {
                 assert!(expected < needed, "{expected} V hold {needed} V");
             }
             near(NOMINAL.r * turning.current_a[1499], expected, 1e-4);
-            // Back the same.
+            // Backwards the same.
             let back = run(&pulsed, VOLT, &[-share * 4.5; 1500]);
             near(back.speed_rad_s[1499], -speed, EXACT);
             assert!(speed > last || last == 0.0);
             last = speed;
         }
-        // Full duty has no pulses: it ends as the nominal motor does.
+        // Full duty cycle has no pulses: it ends as the nominal motor does.
         near(last, NOMINAL.steady(4.5, 0.0), CONVERGED);
     }
     // Switched off, the motor coasts.
@@ -691,7 +694,7 @@ fn pulses_that_freewheel_have_the_mean_current_of_pulses() {
 
 #[test]
 fn a_clutch_that_slips_keeps_momentum() {
-    // 0.1 N m on 0.001 kg m^2 of which 0.02 N m pass to as much more: 80 and 20 rad/s^2.
+    // 0.1 N m on 0.001 kg m^2 of which 0.02 N m are transmitted to an equal inertia: 80 and 20 rad/s^2.
     let mut slips = frictionless(&[("slipping_clutch", &[0.02, 0.5])]);
     let hard = run(&slips, TORQUE, &levels(&[0.1, 0.0, 0.0, 0.0]));
     let start_s = 60.0 * TS;
@@ -704,7 +707,7 @@ fn a_clutch_that_slips_keeps_momentum() {
         };
         near(*speed, expected, EXACT);
     }
-    // With friction: the load's own 0.01 N m holds it against a clutch that carries half of that.
+    // With friction: the load's 0.01 N m holds it against a clutch that transmits half of that.
     slips = motor(&[("slipping_clutch", &[0.005, 0.5])]);
     let free = run(&slips, TORQUE, &[0.1; 200]);
     for (k, speed) in free.speed_rad_s.iter().enumerate() {
@@ -712,7 +715,7 @@ fn a_clutch_that_slips_keeps_momentum() {
         let steady = (0.1 - 0.005 - 0.01) / 0.005;
         near(*speed, steady * -(-0.005 * t / 0.001).exp_m1(), EXACT);
     }
-    // A clutch that never gives is none.
+    // A clutch that never slips has no effect.
     let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
     let holds = run(&motor(&[("slipping_clutch", &[1.0, 0.5])]), VOLT, &u);
     let rigid = run(&motor(&[]), VOLT, &u);
@@ -723,7 +726,8 @@ fn a_clutch_that_slips_keeps_momentum() {
 
 #[test]
 fn friction_splits_by_its_weight() {
-    // A gap that is never crossed: the motor side alone, with 0.6 of the inertia and 0.6 / (0.6 + 4.5 * 0.4) = 0.25 of the friction.
+    // A gap that is never crossed: the motor side alone, with 0.6 of the inertia and 0.6 / (0.6 + 4.5 * 0.4) = 0.25
+    // of the friction.
     let alone = motor(&[("backlash", &[900.0, 0.4, 0.0, 4.5])]);
     let turns = run(&alone, TORQUE, &[0.03; 300]);
     for (k, speed) in turns.speed_rad_s.iter().enumerate() {
@@ -731,7 +735,7 @@ fn friction_splits_by_its_weight() {
         let t = k as f64 * TS;
         near(*speed, (0.03 - tf) / b * -(-b * t / j).exp_m1(), EXACT);
     }
-    // By inertia where nothing is said, to the bit.
+    // The default is by inertia, bitwise.
     let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
     for (id, values) in [
         ("backlash", &[0.05, 0.4, 1.0, 1.0][..]),
@@ -762,7 +766,7 @@ fn waves_of_two_orders_are_one_potential() {
             .sum::<f64>()
     };
     keeps_energy(&swings, work);
-    // At a given current ripples of both orders do as much.
+    // At a given current the work of ripples of both orders adds up.
     let ripples = frictionless(&[
         ("torque_ripple", &[0.12, 11.0, 0.7]),
         ("torque_ripple#2", &[0.06, 22.0, 0.2]),

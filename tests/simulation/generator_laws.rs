@@ -1,8 +1,8 @@
-//! Two programs, one law: what the case generator records of a motor is what this simulator, given the
-//! same motor and effect, predicts, down to quantization and random load.
+//! Two programs, one law: this simulator predicts what the case generator records for the same motor and effect, down
+//! to quantization and random load.
 //!
-//! The two share no code, no integrator and no friction law. Left out are effects whose laws differ on
-//! purpose (backlash with flanks that bend, stick-slip on bristles) or that draw random numbers.
+//! The two share no code, no integrator and no friction law. Excluded are effects whose laws differ on purpose
+//! (backlash with elastic flanks, stick-slip on bristles) or that draw random numbers.
 
 use case_generator::{Effect, Kind, Options, generate_with};
 use motorlab::compare::compare;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 const BY_OTHER_LAWS: [&str; 4] = ["backlash", "stribeck", "missed_counts", "sample_jitter"];
 
-/// How much of an effect may be apart: bristles turn about where Coulomb friction jumps.
+/// Tolerated difference as a share of the effect's strength: bristles are smooth where Coulomb friction jumps.
 const SHARE_OF_STRENGTH: f64 = 0.01;
 
 /// The true motor with its effect, in this project's terms.
@@ -46,7 +46,7 @@ fn the_truth_explains_what_the_generator_records() {
     assert!(apart.is_empty(), "{}", apart.join("\n"));
 }
 
-/// Every effect of the catalogue has a law of the generator's own, and what is drawn as outside of it is none of them.
+/// Every effect of the catalogue has a law of the generator, and effects outside the catalogue are none of them.
 #[test]
 fn unmodelled_effects_are_outside_the_catalogue() {
     let known: Vec<&str> = catalogue().iter().map(|kind| kind.id).collect();

@@ -1,4 +1,4 @@
-//! The simulator against what must hold whatever the method: closed forms, conserved energy, rest that is rest.
+//! The simulator against properties that hold for any method: closed forms, conserved energy, exact rest.
 
 use std::f64::consts::TAU;
 
@@ -55,7 +55,8 @@ fn torque_and_current_driven_axes_follow_their_closed_form() {
 
 #[test]
 fn time_constants_three_decades_apart_follow_the_closed_form() {
-    // L/R from 34 ms down to 34 ns beside the mechanical 34 ms: two modes of w'' + (R/L + b/J) w' + (R b + Kt Kb)/(L J) w
+    // L/R from 34 ms down to 34 ns with a mechanical time constant of 34 ms: two modes of w'' + (R/L + b/J) w' + (R b
+    // + Kt Kb)/(L J) w
     for inductance in [0.1, 3.4e-3, 3.4e-4, 3.4e-7] {
         let mut motor = Motor::default();
         motor.parameters.coulomb_friction_nm = 0.0;
@@ -93,7 +94,7 @@ fn time_constants_three_decades_apart_follow_the_closed_form() {
 
 #[test]
 fn a_free_pendulum_keeps_its_energy() {
-    // No friction, open circuit, released at rest: J w^2 / 2 - T cos(theta + phi) stays what it was.
+    // No friction, open circuit, released at rest: J w^2 / 2 - T cos(theta + phi) is conserved.
     let mut motor = motor(&[("coast_at_zero", &[]), ("gravity_load", &[0.05, 2.5])]);
     motor.parameters.coulomb_friction_nm = 0.0;
     motor.parameters.viscous_friction_nm_s_per_rad = 0.0;
@@ -115,7 +116,7 @@ fn a_free_pendulum_keeps_its_energy() {
 
 #[test]
 fn a_sticking_shaft_does_not_creep() {
-    // 0.28 V is just below breakaway (0.2857 V); gravity below Tf does not pull the shaft round.
+    // 0.28 V is just below breakaway (0.2857 V); gravity below Tf causes no motion.
     let still = run(
         &Motor::default(),
         CommandKind::Voltage,
@@ -130,7 +131,7 @@ fn a_sticking_shaft_does_not_creep() {
         &[0.0; 3000],
     );
     assert!(held.angle_rad.iter().all(|x| *x == 0.0));
-    // After a stop the angle stays to the last bit, and the current is that of the blocked rotor.
+    // After a stop the angle is bitwise constant, and the current is that of the blocked rotor.
     let mut command = vec![3.0; 300];
     command.extend([0.2; 600]);
     let stopped = run(&Motor::default(), CommandKind::Voltage, 0.003, &command);
@@ -222,7 +223,7 @@ fn any_two_effects_can_be_combined() {
                         ..SimulationOptions::default()
                     };
                     let run = simulate(&motor, &drive, &options).unwrap();
-                    // A dead zone in volts swallows every ampere and newton metre there is.
+                    // A dead zone in volts exceeds every command in amperes or newton metres.
                     let moves = kind == CommandKind::Voltage;
                     let travel = run.angle_rad.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                     assert!(
@@ -239,7 +240,7 @@ fn any_two_effects_can_be_combined() {
 
 #[test]
 fn uneven_sample_times_read_the_same_motion() {
-    // Device times scatter by microseconds: the angle at an instant is the same whoever asks.
+    // Device times have a jitter of microseconds: the angle at an instant is independent of other samples.
     for effects in [
         &[][..],
         &[("cogging", &[0.03, 12.0, 1.1][..])],
@@ -273,7 +274,7 @@ fn uneven_sample_times_read_the_same_motion() {
 
 #[test]
 fn any_set_of_effects_moves_the_same_at_any_step() {
-    // Sets drawn from all there are, and all at once; half the sample time halves every step of the engine.
+    // Random sets of all effects, and all at once; half the sample time halves every step of the engine.
     let n = 500;
     let command: Vec<f64> = (0..n)
         .map(|k| [4.5, -2.0, 0.0, 1.5, -0.9, 3.0][k / 43 % 6])
@@ -320,11 +321,11 @@ fn every_effect_acts_beside_every_other() {
     let counts_and_angle = |ids: &[&str]| {
         let mut motor = Motor::default();
         for id in ids {
-            // Where the usual value is that nothing happens.
+            // Where the usual value has no effect.
             let given = match *id {
                 "supply_error" => Some(("gain", 1.1)),
                 "missed_counts" => Some(("probability", 0.02)),
-                // Beside a dead zone: one that swallows more forward.
+                // With a dead zone: one that is larger forward.
                 "asymmetric_dead_zone" => Some(("positive_v", 1.6)),
                 _ => None,
             };
@@ -346,8 +347,8 @@ fn every_effect_acts_beside_every_other() {
     for (k, first) in catalogue().iter().enumerate() {
         for second in &catalogue()[k + 1..] {
             let pair = [first.id, second.id];
-            // Friction that builds up over an angle never holds: there is nothing to break away. Of two dead zones the wider one in
-            // each direction is all there is. A clutch beside play or a spring carries everything; pulses that freewheel coast at 0.
+            // Presliding friction has no breakaway. Of two dead zones the larger one in each direction applies. A
+            // clutch in addition to play or a spring transmits all torque; freewheeling pulses coast at 0.
             let alike = [
                 ["presliding", "static_friction"],
                 ["dead_zone", "asymmetric_dead_zone"],

@@ -1,6 +1,6 @@
-//! Every effect, and a few at once, against trajectories that an independent hybrid automaton (SciPy's DOP853 at
-//! rtol 1e-12, tests/reference/hybrid.py) made over a 15 s reversing run: within 0.01 count; the random ones against
-//! exact mean and variance.
+//! Every effect, and some combinations, against trajectories of an independent hybrid automaton (SciPy's DOP853 at
+//! rtol 1e-12, tests/reference/hybrid.py) over a 15 s reversing run: within 0.01 count; random ones against exact
+//! mean and variance.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -110,7 +110,7 @@ fn check_statistics(file: &str) {
     for (row, (sum, squares)) in rows.iter().zip(sums) {
         let n = SEEDS as f64;
         let sample = row[0];
-        // Five standard errors, and half a count for the rounding that the mean angle does not have.
+        // Five standard errors, and half a count for the quantization that the mean angle does not have.
         let tolerance = 5.0 * (row[3] / n).sqrt() + 1e-9;
         assert!(
             (sum / n).abs() <= tolerance + 0.02,
@@ -148,7 +148,7 @@ fn edges_above_the_rate_are_lost_and_no_others() {
     let run = run(&motor, 1);
     for row in rows {
         let k = row[0] as usize;
-        // An edge within a sample time of the crossing may fall on either side: 1 in some 40 crossings of the limit.
+        // An edge within a sample time of the crossing may be on either side: 1 in some 40 crossings of the limit.
         assert!(
             (run.counts[k] as f64 - row[2]).abs() <= 2.0,
             "sample {k}: {} against {}",

@@ -1,4 +1,4 @@
-//! The derivatives of the angle that a fit gets, against differences of simulated runs, across stops, reversals,
+//! The derivatives of the angle for fits, against finite differences of simulated runs, across stops, reversals,
 //! contacts and every other event of a reversing run; and against differences of an independent automaton's
 //! trajectories at rtol 1e-12 (tests/reference/sensitivities.py).
 
@@ -14,7 +14,7 @@ use motorlab::recording::CommandKind;
 
 const SAMPLE_TIME_S: f64 = 0.003;
 
-/// Levels, reversals with and without a stop, crawling, small reversals.
+/// Levels, reversals with and without a stop, slow motion, small reversals.
 fn drive() -> (Vec<f64>, Vec<f64>) {
     let segments: [(usize, f64); 14] = [
         (10, 0.0),
@@ -69,7 +69,7 @@ fn check(name: &str, motor: &Motor, model: Model, ids: &[ParameterId]) -> Vec<St
         kind: CommandKind::Voltage,
     };
     let simulator = Simulator::new(&drive, model).unwrap();
-    // Once as one run, once in segments that each start from the encoder's reading.
+    // Once as one run, once in segments that start from the encoder's reading.
     let put = |sample, angle_rad, speed_rad_s| Reset {
         sample,
         angle_rad,
@@ -137,13 +137,13 @@ fn derivatives_of_every_effect_agree_with_differences() {
     for (index, kind) in catalogue().iter().chain(again()).enumerate() {
         let mut motor = Motor::default();
         if let Some(first) = kind.id.strip_suffix("#2") {
-            // Beside the first, with another order.
+            // In addition to the first, with another order.
             let orders = [("cycles_per_rev", 7.0)];
             let first = ActiveEffect::from_keys(first, orders, &motor.parameters).unwrap();
             motor.effects.set(first);
         }
         if kind.id == "pwm_freewheel" {
-            // Full duty, where pulses end, is a kink: no level here reaches it.
+            // The end of pulses at full duty cycle is a kink: no level here reaches it.
             motor.parameters.supply_v = 5.0;
         }
         motor
@@ -221,7 +221,7 @@ fn derivatives_agree_with_differences_of_the_independent_reference() {
             .collect();
         let motor = reference_motor(case);
         for (j, key) in keys.into_iter().enumerate() {
-            // Where an effect is there twice, the column says whose number it is.
+            // For an effect with two instances, the column names the instance.
             let of_effect = match key.split_once('.') {
                 Some((effect, key)) => ParameterId::effect(effect, key),
                 None => motor
@@ -260,8 +260,8 @@ fn derivatives_agree_with_differences_of_the_independent_reference() {
             );
         }
     }
-    // Every continuous parameter of every effect is there, and those of one that is there twice; those of random effects
-    // are checked above, by differences of the simulator's own mean.
+    // Every continuous parameter of every effect is included, and those of second instances; those of random effects
+    // are tested above, by differences of the simulator's mean.
     for (index, kind) in catalogue().iter().chain(again()).enumerate() {
         for (k, p) in kind.parameters.iter().enumerate() {
             assert!(
@@ -276,8 +276,8 @@ fn derivatives_agree_with_differences_of_the_independent_reference() {
     table::documented(&table);
 }
 
-/// Times that a board measured are some microseconds off the grid: samples at which the command changes have the
-/// derivatives of those beside them.
+/// Measured times are some microseconds off the grid: samples at which the command changes have the derivatives of
+/// their neighbours.
 #[test]
 fn measured_times_have_the_derivatives_of_even_ones() {
     let (even_s, command) = drive();

@@ -1,5 +1,5 @@
-//! Motors near the limits of what can be simulated: a body that creeps to rest does not chatter, and a motor that does
-//! nothing but stop and break away is an error of a fit, not a fit without end.
+//! Motors near the limits of simulation: a body that creeps to rest does not chatter, and a motor that only stops and
+//! breaks away gives an error in a fit, not an endless fit.
 
 use motorlab::motor::fit::{Simulator, Workspace};
 use motorlab::motor::{
@@ -23,7 +23,7 @@ fn times(command: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Each of these comes to rest exactly on a level, where rounding alone would make it stick and slip for ever.
+/// Each of these comes to rest exactly at a level, where rounding would alternate sticking and slipping for ever.
 #[test]
 fn a_body_that_creeps_onto_its_level_stays_there() {
     // Spring (Hz, damping, share of the load, side), b, L, Tf, and the levels.
@@ -125,7 +125,7 @@ fn a_body_that_creeps_onto_its_level_stays_there() {
             kind: CommandKind::Voltage,
         };
         let mut angles = vec![0.0; command.len()];
-        // The simulator for fits gives up at 100 steps a sample: chatter is two thousand.
+        // The simulator for fits stops at 100 steps a sample: chatter is two thousand.
         Simulator::new(&drive, Model::SecondOrder)
             .unwrap()
             .angles(&motor, &mut Workspace::default(), &mut angles)
@@ -135,8 +135,8 @@ fn a_body_that_creeps_onto_its_level_stays_there() {
 
 #[test]
 fn a_motor_with_endless_events_is_an_error() {
-    // Detents 10 kN m deep, a thousand a revolution: the shaft swings in one at sqrt(A N / J) = 71 krad/s and stops twice a
-    // swing.
+    // Detents of 10 kN m, a thousand per revolution: the shaft oscillates in one at sqrt(A N / J) = 71 krad/s and
+    // stops twice per period.
     let motor = motor(&[("cogging", &[1e4, 1e3, 0.5])]);
     let command = vec![4.5; 200];
     let t_s = times(&command);
@@ -153,7 +153,7 @@ fn a_motor_with_endless_events_is_an_error() {
     // 100 steps for each of 200 longest ones.
     assert!(matches!(error, SimulationError::TooStiff { steps, .. } if steps > 20_000));
     assert!(error.to_string().contains("too stiff to simulate"));
-    // Simulated once it may take its time: steps are at least a tick long, so it ends.
+    // A single simulation may take longer: steps are at least a tick long, so that it ends.
     let run = simulate(&motor, &drive, &SimulationOptions::default()).unwrap();
     assert!(run.angle_rad.iter().all(|x| x.abs() < 0.01));
 }

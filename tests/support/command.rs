@@ -1,9 +1,9 @@
-//! Running the `motorlab` command and looking at what it leaves behind.
+//! Runs the `motorlab` command and reads its results.
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 
-/// The command with these arguments, in `directory`, its output caught.
+/// The command with these arguments, in `directory`, with captured output.
 pub fn motorlab(directory: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_motorlab"));
     command
@@ -33,7 +33,7 @@ pub fn finish(child: Child) -> Finished {
     Finished::from(child.wait_with_output().expect("the command ends"))
 }
 
-/// A command that has ended.
+/// A finished command.
 #[derive(Debug)]
 pub struct Finished {
     /// Exit status; `None` if a signal killed it.
@@ -61,14 +61,14 @@ pub struct RunFile {
     pub header: toml::Table,
     /// Names of the columns.
     pub columns: Vec<String>,
-    /// Cells, row by row; a torn last row is left out.
+    /// Cells by row, without an incomplete last row.
     pub rows: Vec<Vec<String>>,
     /// The whole file.
     pub text: String,
 }
 
 impl RunFile {
-    /// Reads the file without any of the program's own code.
+    /// Reads the file without the program's code.
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).expect("a run file");
         let header: String = text

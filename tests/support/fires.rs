@@ -1,4 +1,4 @@
-//! Shared parts of tests of `check`: findings as lines of a snapshot, and runs turned round.
+//! Shared parts of tests of `check`: findings as lines of a snapshot, and reversed runs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use motorlab::check::{Finding, Kind, Severity, check};
 use motorlab::recording::Run;
 
-/// `id (severity)` of each, sorted, once.
+/// `id (severity)` of each, sorted and unique.
 pub fn words(findings: &[Finding]) -> String {
     let mut words: Vec<String> = findings
         .iter()
@@ -20,7 +20,7 @@ pub fn words(findings: &[Finding]) -> String {
     words.join(", ")
 }
 
-/// A line a group: how many runs, and what fires in how many of them.
+/// A line per group: number of runs, and number of runs by finding.
 pub fn grouped(groups: &BTreeMap<String, Vec<Vec<Finding>>>) -> String {
     let mut table = String::new();
     for (name, runs) in groups {

@@ -1,4 +1,4 @@
-//! A motor whose counts are known, written as other people's programs write logs.
+//! A motor with known counts, written in the formats of other programs.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +10,7 @@ use super::command::{Finished, RunFile, run};
 /// Of the encoder.
 pub const COUNTS_PER_REV: f64 = 720.0;
 const SUPPLY_V: f64 = 12.0;
-/// Turns a second at full drive, and the time constant in s.
+/// Speed in rev/s at full drive, and the time constant in s.
 const SPEED_REV_S: f64 = 4.0;
 const TIME_CONSTANT_S: f64 = 0.08;
 
@@ -71,7 +71,7 @@ impl Truth {
         self.pwm[k] as f64 / 255.0 * SUPPLY_V
     }
 
-    /// As a sketch prints it: the counts since the row before, with two digits.
+    /// As a sketch prints it: the counts since the previous row, with two digits.
     pub fn rpm(&self, k: usize) -> String {
         let counts = self.counts[k] - self.counts[k.saturating_sub(1)];
         format!(
@@ -96,7 +96,7 @@ impl Truth {
         log("time_ms,pwm,counts", self.rows(), &[&ms, &pwm, &counts])
     }
 
-    /// The commonest log of all, under these three names.
+    /// The most common log, under these three names.
     pub fn rpm_log(&self, names: &str) -> String {
         let ms = |k: usize| self.ms(k).to_string();
         let pwm = |k: usize| self.pwm[k].to_string();
@@ -124,7 +124,7 @@ pub fn import(directory: &Path, name: &str, log: &str, flags: &[&str]) -> Finish
     run(directory, &arguments)
 }
 
-/// The run of an import that went well, and what was said.
+/// The run of a successful import, and its messages.
 pub fn imported(name: &str, log: &str, flags: &[&str]) -> (RunFile, String) {
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), name, log, flags);
@@ -140,7 +140,7 @@ pub fn imported(name: &str, log: &str, flags: &[&str]) -> (RunFile, String) {
     )
 }
 
-/// Message for a log that lacks facts.
+/// The error of a log that lacks facts.
 pub fn asked(name: &str, log: &str, flags: &[&str]) -> String {
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), name, log, flags);
@@ -150,7 +150,7 @@ pub fn asked(name: &str, log: &str, flags: &[&str]) -> String {
     finished.messages
 }
 
-/// The finished command line of a message, its words in capitals filled in, without `motorlab` and the log.
+/// The proposed command line of a message, its placeholders filled in, without `motorlab` and the log.
 pub fn proposed(said: &str, filled: &[(&str, &str)]) -> Vec<String> {
     let line = said
         .lines()

@@ -1,8 +1,7 @@
-//! A JSON Schema compared with a document, for the keywords that docs/json uses; any other keyword is a failure.
+//! Validation of a document by a JSON Schema, for the keywords that docs/json uses; any other keyword is a failure.
 //!
-//! Stricter than a reader has to be: a key that the schema does not list is a fault of the schema. That the schemas
-//! are right by JSON Schema itself, and that this reading of them is, the Python package `jsonschema` says in
-//! tests/json/run.
+//! Stricter than JSON Schema: a key that the schema does not list is an error. The Python package `jsonschema` checks
+//! the schemas and this validator in tests/json/run.
 
 use serde_json::Value;
 
@@ -101,7 +100,7 @@ impl Checked<'_> {
         }
     }
 
-    /// The keys of an object: those that must be there are, and none is unknown.
+    /// The keys of an object: required ones are present, and none is unknown.
     fn keys(&mut self, schema: &serde_json::Map<String, Value>, value: &Value, at: &str) {
         let Some(object) = value.as_object() else {
             return;

@@ -1,4 +1,4 @@
-//! Reads raw logs by their documentation alone, with none of the program's own code.
+//! Reads raw logs from their documentation alone, without the program's code.
 
 use std::path::Path;
 
@@ -39,7 +39,7 @@ fn crc(bytes: &[u8]) -> u16 {
     crc
 }
 
-/// Contents of a stuffed frame, without its CRC; `None` for a damaged one.
+/// Contents of a COBS-encoded frame, without its CRC; `None` for a damaged one.
 fn unstuffed(frame: &[u8]) -> Option<Vec<u8>> {
     let mut content = Vec::new();
     let mut rest = frame;
@@ -57,7 +57,7 @@ fn unstuffed(frame: &[u8]) -> Option<Vec<u8>> {
     (crc(&content) == crc_sent).then_some(content)
 }
 
-/// `(sequence, counts)` of the whole DATA frames, each once; of logs shorter than 65,536 samples.
+/// `(sequence, counts)` of the complete DATA frames, each once; for logs shorter than 65,536 samples.
 pub fn frames(log: &Path) -> Vec<(u64, i64)> {
     let bytes = from_board(log);
     let mut samples: Vec<(u64, i64)> = Vec::new();
@@ -74,7 +74,7 @@ pub fn frames(log: &Path) -> Vec<(u64, i64)> {
     samples
 }
 
-/// The lines of three whole numbers that a sketch printed.
+/// The lines of three integers that a sketch printed.
 pub fn printed_numbers(log: &Path) -> Vec<[f64; 3]> {
     let text = String::from_utf8(from_board(log)).expect("text");
     text.lines()

@@ -1,4 +1,5 @@
-//! Shared by the tests: one folder of `tests` is one test binary, each file in it a module, and this one is a module of all.
+//! Shared by the tests: one folder of `tests` is one test binary, each file in it a module, and this one is a module
+//! of all.
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
 pub mod command;
@@ -13,7 +14,7 @@ pub mod table;
 
 use std::io::Write;
 
-/// Says by name that a test cannot run here. `tests/run` lists these lines at its end.
+/// Reports that a test cannot run here. `tests/run` lists these lines at its end.
 pub fn skip(test: &str, why: &str) {
     eprintln!("SKIPPED {test}: {why}");
     let Some(path) = std::env::var_os("MOTORLAB_SKIP_LOG") else {
@@ -28,7 +29,7 @@ pub fn skip(test: &str, why: &str) {
     }
 }
 
-/// Where the recordings of real motors are, or the test is skipped.
+/// Folder of the recordings of real motors; without it the test is skipped.
 pub fn real_recordings(test: &str) -> Option<std::path::PathBuf> {
     let folder = std::env::var_os("MOTORLAB_REAL").map_or_else(
         || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real"),

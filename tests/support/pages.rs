@@ -10,7 +10,7 @@ pub fn root() -> &'static Path {
 
 /// One page.
 pub struct Page {
-    /// Where it is, from the root.
+    /// Path from the root.
     pub path: PathBuf,
     /// Its text.
     pub text: String,
@@ -36,7 +36,6 @@ pub fn all() -> Vec<Page> {
 }
 
 impl Page {
-    /// Reads it.
     pub fn read(path: &Path) -> Self {
         let text = fs::read_to_string(root().join(path));
         Self {
@@ -45,7 +44,7 @@ impl Page {
         }
     }
 
-    /// A path that it names, from the root; itself for the empty one.
+    /// A path in the page, from the root; the page itself for the empty one.
     pub fn beside(&self, relative: &str) -> PathBuf {
         if relative.is_empty() {
             return self.path.clone();
@@ -63,7 +62,7 @@ impl Page {
         target
     }
 
-    /// Lines outside fenced blocks, without what stands between grave accents.
+    /// Lines outside fenced blocks, without text between grave accents.
     fn prose(&self) -> impl Iterator<Item = String> {
         let mut fenced = false;
         self.text.lines().filter_map(move |line| {
@@ -73,7 +72,7 @@ impl Page {
         })
     }
 
-    /// Where its links and pictures go, but for addresses on the net.
+    /// Targets of its links and pictures, except network addresses.
     pub fn links(&self) -> Vec<String> {
         let mut links = Vec::new();
         for line in self.prose() {
@@ -110,7 +109,7 @@ impl Page {
         anchors
     }
 
-    /// The lines of its `sh` blocks that call the program, each call by itself.
+    /// The lines of its `sh` blocks that call the program, one per call.
     pub fn commands(&self) -> Vec<String> {
         let mut commands = Vec::new();
         let mut inside = false;
@@ -127,7 +126,7 @@ impl Page {
     }
 }
 
-/// A line without what stands between grave accents; links whose text is code stay links.
+/// A line without text between grave accents; links whose text is code stay links.
 fn without_code(line: &str) -> String {
     line.split('`').step_by(2).collect::<Vec<_>>().join("code")
 }
@@ -154,8 +153,8 @@ pub fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// The sentences of a page: of paragraphs, items of lists and cells of tables. Code is one word; a cell is a list whose
-/// items a semicolon parts, or an equation and no sentence.
+/// The sentences of a page: of paragraphs, list items and table cells. Code is one word; a cell is a list with
+/// semicolons, or an equation and no sentence.
 pub fn sentences(text: &str) -> Vec<String> {
     let (mut blocks, mut open, mut fenced) = (Vec::new(), String::new(), false);
     for line in text.lines() {

@@ -1,6 +1,6 @@
-//! A run of an encoder whose channels are exchanged.
+//! A run of an encoder with swapped channels.
 
-/// The run with its counts, and the speed made of them, turned about.
+/// The run with negated counts and speeds.
 pub fn reversed(text: &str) -> String {
     let mut names: Vec<&str> = Vec::new();
     let mut lines = Vec::new();

@@ -1,11 +1,11 @@
-//! Tables of errors that are snapshots and stand in the documentation.
+//! Tables of errors that are snapshots and part of the documentation.
 
-/// The power of ten that an error stays below.
+/// The power of ten that bounds an error.
 pub fn decade(error: f64) -> String {
     format!("< 1e{}", error.max(1e-12).log10().ceil())
 }
 
-/// The table stands in docs/method/simulation.md as it is.
+/// The table is in docs/method/simulation.md.
 pub fn documented(table: &str) {
     let document =
         std::fs::read_to_string("docs/method/simulation.md").expect("docs/method/simulation.md");

@@ -1,18 +1,18 @@
-//! Bytes taken off one after the other, never beyond their end.
+//! Reading of bytes with bounds checks.
 
-/// Rest of some bytes.
+/// The remaining bytes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bytes<'a>(pub &'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// The next so many.
+    /// The next `count` bytes.
     pub fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
         Some(taken)
     }
 
-    /// The next so many, as an array.
+    /// The next bytes as an array.
     pub fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
         self.take(N)?.try_into().ok()
     }
@@ -30,7 +30,7 @@ impl<'a> Bytes<'a> {
         self.array().map(u32::from_le_bytes)
     }
 
-    /// A number of 1 to 8 bytes, the lowest first.
+    /// A little-endian number of 1 to 8 bytes.
     pub fn uint_le(&mut self, count: usize) -> Option<u64> {
         let bytes = self.take(count)?;
         Some(
@@ -41,7 +41,7 @@ impl<'a> Bytes<'a> {
         )
     }
 
-    /// A text behind its length in 32 bits.
+    /// A text preceded by its length in 32 bits.
     pub fn text(&mut self) -> Option<String> {
         let length = self.u32_le()?;
         let bytes = self.take(length as usize)?;

@@ -1,27 +1,28 @@
-//! Messages in CDR, the serialisation of ROS 2 (OMG DDS-RTPS): plain CDR and XCDR2, both byte orders.
+//! Messages in CDR, the serialization of ROS 2 (OMG DDS-RTPS): plain CDR and XCDR2, both byte orders.
 
 use super::super::table::of_f32;
 use super::bytes::Bytes;
 use super::messages::{Leaf, MOST_ELEMENTS, Sink};
 use super::ros_types::{Field, Kind, Many, Types};
 
-/// Messages within messages.
+/// Deepest nesting of messages.
 const MOST_DEPTH: usize = 16;
-/// Fields without bytes of their own that a message may have.
+/// Most fields of a message that take no bytes.
 const LEAST_ROOM: usize = 1000;
 
-/// A message under way.
+/// Reader of a message.
 struct Reader<'a> {
     rest: Bytes<'a>,
-    /// Length of the whole, from which alignment counts.
+    /// Total length, the reference of alignment.
     length: usize,
     is_big_endian: bool,
     most_alignment: usize,
-    /// Fields that may still come: types of types can name more than any message holds.
+    /// Fields that may still be read: nested types can name more than any message contains.
     room: usize,
 }
 
-/// Shows every number of a message to `sink`, by its path from `path` on. `None` where the bytes do not fit the type.
+/// Passes every number of a message to `sink`, with its path from `path` on. `None` if the bytes do not match the
+/// type.
 pub(super) fn read(
     types: &Types,
     name: &str,
@@ -49,7 +50,7 @@ pub(super) fn read(
 }
 
 impl Reader<'_> {
-    /// The next number of so many bytes, where its alignment puts it.
+    /// The next number of this size, aligned.
     fn number(&mut self, size: usize) -> Option<u64> {
         let at = self.length - self.rest.0.len();
         let alignment = size.min(self.most_alignment);
@@ -95,7 +96,7 @@ impl Reader<'_> {
             };
             match count {
                 None => self.value(types, &field.kind, path, Some(sink), depth)?,
-                // Nothing takes less than a byte.
+                // Every element takes at least a byte.
                 Some(count) if count > self.rest.0.len() => return None,
                 Some(count) => {
                     let name = path.len();

@@ -1,7 +1,7 @@
-//! Readers of other people's libraries that panic on damaged data, made to fail as ours do.
+//! Converts panics of third-party readers to errors.
 //!
-//! Of 1500 damaged Parquet files three or four panic in the crate `parquet` 60.1 (an assertion on a negative offset, a missing
-//! dictionary, an index beyond a buffer). Unfinished results are discarded with the panic.
+//! Of 1500 damaged Parquet files three or four cause a panic in the crate `parquet` 60.1 (an assertion on a negative
+//! offset, a missing dictionary, an index beyond a buffer). Partial results are discarded.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -11,14 +11,14 @@ use super::super::table::Table;
 use super::{Form, FormatError};
 
 thread_local! {
-    /// This thread's panics are caught, and say nothing.
+    /// Panics of this thread are caught, and not printed.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Makes panics of threads that are quiet say nothing; all others go on as before.
+/// Installs a panic hook that is silent for threads with this flag.
 static HOOK: Once = Once::new();
 
-/// Reads; a panic is a broken file.
+/// Runs a reader; a panic is a damaged file.
 pub(super) fn contained(
     form: Form,
     read: impl FnOnce() -> Result<Table, FormatError>,

@@ -1,17 +1,18 @@
-//! Tables with commas between the cells and decimal commas within them, unquoted: programs under a locale with decimal commas write
-//! `0,010,6,00,83,3` below `t,U,n`. Every cell has a fraction, so that a row has twice as many parts as there are names.
+//! Tables with unquoted decimal commas between comma-separated cells, as programs write them in some locales:
+//! `0,010,6,00,83,3` below `t,U,n`. Every cell has a fraction, so that a row has twice as many parts as there are
+//! names.
 
 use super::super::cells::{Cells, Separator, number};
 use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Decimals;
-/// Lines above the rows.
+/// Most lines above the rows.
 const BANNER_LINES: usize = 40;
-/// Rows alike that are a table.
+/// Consecutive equal rows that make a table.
 const ALIKE: usize = 3;
 
-/// Names, and the lines down to them.
+/// Names, and the number of lines up to them.
 struct Header {
     lines: usize,
     names: Vec<String>,
@@ -25,7 +26,7 @@ fn parts(line: &str) -> Vec<String> {
         .collect()
 }
 
-/// The numbers of a row with so many of them.
+/// The numbers of a row with this many columns.
 fn row(line: &str, count: usize) -> Option<Vec<f64>> {
     let parts = parts(line);
     let joined = |pair: &[String]| {
@@ -42,7 +43,7 @@ fn header(text: &str) -> Option<Header> {
         let names = parts(lines[at]);
         let is_name = |name: &String| name.starts_with(|c: char| c.is_alphabetic() || c == '_');
         let below = lines.get(at + 1..at + 1 + ALIKE)?;
-        // A program writes a column with the same digits in every row, and at least one of them is a fraction.
+        // A program writes a column with the same digits in every row, and at least one column is a fraction.
         let digits = |line: &&str| -> Vec<usize> {
             parts(line)
                 .iter()
@@ -64,13 +65,12 @@ fn header(text: &str) -> Option<Header> {
     })
 }
 
-/// Whether a text begins so.
+/// Whether a text has this format.
 pub(super) fn is_decimals(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     header(text.rsplit_once('\n').map_or("", |(lines, _)| lines)).is_some()
 }
 
-/// Reads it.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let header = header(&text).ok_or_else(|| FORM.nothing(""))?;

@@ -1,7 +1,7 @@
-//! Documents one below the other: the YAML that `ros2 topic echo` and `rostopic echo` print, and rows of one `key: value` a line with a
-//! blank line or `---` between.
+//! Consecutive documents: the YAML of `ros2 topic echo` and `rostopic echo`, and rows of `key: value` lines separated
+//! by a blank line or `---`.
 //!
-//! Keys within keys become columns `a.b`, lists `a[0]`, as in JSON. Words are left out.
+//! Nested keys become columns `a.b`, lists `a[0]`, as in JSON. Words are left out.
 
 use serde_json::Value;
 
@@ -10,25 +10,24 @@ use super::json::Columns;
 use super::{Form, FormatError};
 
 const FORM: Form = Form::Documents;
-/// So many documents show the form.
+/// Fewest documents of this format.
 const LEAST_DOCUMENTS: usize = 2;
-/// Of the lines so many at least are of the form: the others are messages.
+/// Least share of lines of this format: the others are messages.
 const OF_THE_FORM: f64 = 0.9;
-/// Lists and maps within one line are followed so deep.
+/// Deepest nesting of lists and maps within one line.
 const MOST_DEPTH: usize = 8;
-/// A joint state of ROS 2 has these lists, of which the first two are in rad and rad/s.
+/// The lists of a joint state of ROS 2, the first two in rad and rad/s.
 const JOINT_STATE: [(&str, Option<&str>); 3] = [
     ("position[", Some("rad")),
     ("velocity[", Some("rad/s")),
     ("effort[", None),
 ];
 
-/// A line of a document.
 enum Line<'a> {
     Between,
-    /// Indentation, key and what stands behind it.
+    /// Indentation, key, and the text after it.
     Key(usize, &'a str, &'a str),
-    /// Indentation, and what stands behind the dash.
+    /// Indentation, and the text after the dash.
     Item(usize, &'a str),
     Other,
 }
@@ -66,17 +65,17 @@ fn is_key(key: &str) -> bool {
     key.starts_with(|c: char| c.is_alphabetic() || c == '_') && key.chars().all(is_of_words)
 }
 
-/// Whether a text begins as documents with numbers.
+/// Whether a text has this format with numbers.
 pub(super) fn is_documents(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
-    // The last line may be cut off.
+    // The last line may be incomplete.
     let text = text.rsplit_once('\n').map_or("", |(lines, _)| lines);
     let (mut lines, mut fitting) = (0.0, 0.0);
     let (mut documents, mut in_this, mut numbers) = (0, 0, 0);
     for line in text.lines() {
         let of = Line::of(line);
         if matches!(of, Line::Between) {
-            // A row on one line is text in columns.
+            // One line per row is text in columns.
             if in_this > 1 && numbers > 0 {
                 documents += 1;
             }
@@ -106,7 +105,7 @@ fn holds_number(value: &Value) -> bool {
     }
 }
 
-/// A key or an item under which lines stand.
+/// A key or an item with nested lines.
 struct Under {
     indent: usize,
     name: String,
@@ -114,7 +113,6 @@ struct Under {
     items: usize,
 }
 
-/// Reads all documents.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let mut columns = Columns::default();

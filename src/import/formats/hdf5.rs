@@ -1,4 +1,4 @@
-//! MATLAB's MAT file of version 7.3, which is HDF5: every dataset of numbers, by its path.
+//! MATLAB's MAT files of version 7.3, which are HDF5: every dataset of numbers, by its path.
 //!
 //! A struct is a group. Contents of cells and objects are in `#refs#`; `#subsystem#/MCOS` lists the cells of objects.
 
@@ -13,20 +13,20 @@ use super::workspace::{self, Value};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Hdf5;
-/// Groups within groups.
+/// Deepest nesting of groups.
 const MOST_DEPTH: usize = 8;
-/// Groups and datasets of the workspace that are looked at.
+/// Most groups and datasets of the workspace that are read.
 const MOST_MEMBERS: usize = 4096;
-/// The same among the objects: a thousand signals of 60 properties.
+/// Most of them in objects: a thousand signals of 60 properties.
 const MOST_INSIDE: usize = 1 << 16;
 /// Largest block of compressed data, in bytes.
 const MOST_CHUNK_BYTES: usize = 1 << 27;
-/// Elements of an array of structs that are read.
+/// Most elements of an array of structs.
 const MOST_STRUCTS: usize = 64;
-/// Bytes of a reference: the address of what it refers to.
+/// Bytes of a reference: the address of its target.
 const REFERENCE_BYTES: usize = 8;
 
-/// The group of what Simulink logs to a file: samples in a form of their own, which is not read.
+/// The group of Simulink's logs to a file: samples in an unsupported format.
 const STREAMS: &str = "#sigstream#";
 
 /// Targets of references, by address.
@@ -66,7 +66,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     workspace::table(FORM, values, objects)
 }
 
-/// All that references may refer to; nothing where there are none or they cannot be read.
+/// All possible targets of references; empty if there are none or they cannot be read.
 fn referred(root: &Group) -> Referred {
     let members = root.group("#refs#").and_then(|group| group.members());
     let (groups, datasets) = members.unwrap_or_default();
@@ -82,16 +82,16 @@ fn referred(root: &Group) -> Referred {
 
 struct Reader<'a> {
     referred: &'a Referred,
-    /// Groups and datasets that may still be looked at.
+    /// Groups and datasets that may still be read.
     members: usize,
-    /// Numbers that may still come.
+    /// Numbers that may still be read.
     values: usize,
-    /// Among the objects: their cells are wanted, and what cannot be read is left out.
+    /// Inside objects: cells are needed, and unreadable parts are left out.
     is_inside: bool,
 }
 
 impl Reader<'_> {
-    /// The objects of the file; `None` where there are none or they cannot be read.
+    /// The objects of the file; `None` if there are none or they cannot be read.
     fn objects(&mut self, root: &Group) -> Option<Objects> {
         let list = root.group("#subsystem#").ok()?.dataset("MCOS").ok()?;
         let cells = self.referred_to(&list, 0, MOST_INSIDE).ok()?;
@@ -110,7 +110,7 @@ impl Reader<'_> {
         for dataset in &datasets {
             values.push((dataset.name().to_owned(), self.dataset(dataset, depth)?));
         }
-        // `#refs#` and `#subsystem#` hold what cells and objects are made of.
+        // `#refs#` and `#subsystem#` contain the parts of cells and objects.
         for group in groups.iter().filter(|group| !group.name().starts_with('#')) {
             values.push((group.name().to_owned(), vec![self.group(group, depth + 1)?]));
         }
@@ -127,7 +127,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// A struct. A sparse matrix is a group too.
+    /// A struct; a sparse matrix is a group too.
     fn group(&mut self, group: &Group, depth: usize) -> Result<Value, FormatError> {
         match group.attribute("MATLAB_sparse") {
             Ok(_) => Ok(Value::Other),
@@ -141,7 +141,7 @@ impl Reader<'_> {
             found.read_string().ok()
         };
         let class = word("MATLAB_class").unwrap_or_default();
-        // Its numbers are the sizes of what is empty.
+        // The numbers of an empty array are its sizes.
         if dataset.attribute("MATLAB_empty").is_ok() {
             return Ok(vec![Value::Other]);
         }
@@ -171,7 +171,7 @@ impl Reader<'_> {
         Ok(vec![value])
     }
 
-    /// Targets of a dataset of references, at most so many.
+    /// Targets of a dataset of references, up to a limit.
     fn referred_to(
         &mut self,
         dataset: &Dataset,
@@ -201,7 +201,7 @@ impl Reader<'_> {
         Ok(values)
     }
 
-    /// Sizes and numbers of a dataset of numbers; of complex ones the real part.
+    /// Sizes and numbers of a numeric dataset; the real part of complex ones.
     fn numbers(&mut self, dataset: &Dataset) -> Result<Option<Array>, FormatError> {
         let (kind, width) = match dataset.dtype() {
             Datatype::Compound { size, fields } => match &fields[..] {
@@ -220,7 +220,7 @@ impl Reader<'_> {
         if !is_number || shape.is_empty() || (shape.len() > 2 && !self.is_inside) {
             return Ok(None);
         }
-        // MATLAB writes a matrix with its sizes the other way round, column by column.
+        // MATLAB writes sizes in reverse order, and matrices in column-major order.
         let mut sizes: Vec<usize> = shape.iter().rev().map(|size| *size as usize).collect();
         if let [_] = sizes[..] {
             sizes.push(1);

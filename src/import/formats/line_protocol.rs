@@ -1,12 +1,12 @@
 //! InfluxDB's line protocol: `motor,id=left pos=3i,pwm=255 1690000000000000000`.
 //!
-//! Each field is a column; where the lines are of several series, with the series before it.
+//! Each field is a column; for lines of several series, prefixed by the series.
 
 use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::LineProtocol;
-/// Most fields of all series: what a cell's number of a column holds.
+/// Most fields of all series: the range of a cell's column number.
 const MOST_FIELDS: usize = 1000;
 
 /// Measurement with its tags, fields, time.
@@ -16,7 +16,7 @@ struct Line<'a> {
     time: f64,
 }
 
-/// Cuts at a byte that stands neither in quotes nor behind a backslash.
+/// Splits at a byte outside quotes and not escaped by a backslash.
 fn cut(text: &str, mark: u8) -> Vec<&str> {
     let (mut parts, mut from, mut is_quoted, mut is_escaped) = (Vec::new(), 0, false, false);
     for (at, byte) in text.bytes().enumerate() {
@@ -60,7 +60,7 @@ fn line(text: &str) -> Option<Line<'_>> {
     })
 }
 
-/// A number, whole where `i` or `u` stands behind it, or a truth value; `None` for text.
+/// A number, an integer with the suffix `i` or `u`, or a truth value; `None` for text.
 fn number(value: &str) -> Option<f64> {
     match value {
         "t" | "T" | "true" | "True" | "TRUE" => return Some(1.0),
@@ -74,13 +74,12 @@ fn number(value: &str) -> Option<f64> {
         .filter(|number| number.is_finite())
 }
 
-/// Lines that are no comments.
 fn lines(text: &str) -> impl Iterator<Item = &str> {
     text.lines()
         .filter(|line| !line.trim().is_empty() && !line.starts_with('#'))
 }
 
-/// Whether the first lines are those.
+/// Whether the first lines have this format.
 pub(super) fn is_line_protocol(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let mut lines = lines(&text);
@@ -88,10 +87,9 @@ pub(super) fn is_line_protocol(beginning: &[u8]) -> bool {
     is_one(lines.next()) && is_one(lines.next())
 }
 
-/// Reads all lines.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
-    // The precision is not in the file: as of any clock without a unit, the steps tell.
+    // The precision is not in the file: the unit of the clock follows from its steps.
     let mut columns = vec![("", "time")];
     let mut samples: Vec<(f64, u16, f64)> = Vec::new();
     for line in lines(&text).filter_map(line) {

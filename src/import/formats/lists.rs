@@ -1,6 +1,6 @@
-//! A signal a line: a table that is turned on its side, and the lists that MATLAB and Python print:
-//! `rpm,0,3.1,6.4`, `rpm = [0.0, 3.1, 6.4]`. A matrix on one line, `[0 5; 10 6]`, has its rows between semicolons. MATLAB prints
-//! vectors one below the other, each under `rpm =`.
+//! One signal per line: a transposed table, and lists of MATLAB and Python: `rpm,0,3.1,6.4`, `rpm = [0.0, 3.1, 6.4]`.
+//! A matrix on one line, `[0 5; 10 6]`, has semicolons between its rows. MATLAB prints consecutive vectors, each
+//! below `rpm =`.
 
 use super::super::cells::number;
 use super::super::table::{Table, TableColumn};
@@ -8,19 +8,19 @@ use super::printed::{block, factor};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Lists;
-/// Numbers behind a name that are a signal: tables of columns have fewer.
+/// Fewest numbers of a named signal: tables in columns have fewer.
 const LEAST_SAMPLES: usize = 20;
-/// Numbers without a name before them that are a signal: few logs have so many columns, and those have names.
+/// Fewest numbers of an unnamed signal: few logs have so many columns, and those have names.
 const LEAST_UNNAMED: usize = 100;
 
-/// Whether the first line is a name and its numbers, or a matrix.
+/// Whether the first line is a name with its numbers, or a matrix.
 pub(super) fn is_lists(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let text = text.trim_start();
     if is_matrix(text) || is_printed(text) || is_unnamed(text) {
         return true;
     }
-    // Content cut off by the beginning is not read, nor the end of a list.
+    // Truncated content, or the end of a list, is not parsed.
     let Some((name, rest)) = named(text) else {
         return false;
     };
@@ -33,7 +33,7 @@ pub(super) fn is_lists(beginning: &[u8]) -> bool {
     !name.is_empty() && whole.len() >= LEAST_SAMPLES && whole.iter().all(is_number)
 }
 
-/// A vector as MATLAB prints it: its name, and a number a line, or blocks of a single row.
+/// A vector as MATLAB prints it: its name, and a number per line, or blocks of a single row.
 fn is_printed(text: &str) -> bool {
     let mut lines = (text.lines().map(str::trim)).filter(|line| !line.is_empty());
     let is_named = lines.next().is_some_and(|line| name_alone(line).is_some());
@@ -50,7 +50,7 @@ fn is_printed(text: &str) -> bool {
     is_named && is_vector && rows.len() > 2
 }
 
-/// A first line of nothing but numbers, and of many.
+/// A first line of many numbers only.
 fn is_unnamed(text: &str) -> bool {
     let first = text.lines().next().unwrap_or_default();
     let has_decimal_comma = has_decimal_comma(first);
@@ -66,7 +66,7 @@ fn name_alone(line: &str) -> Option<&str> {
     name.starts_with(char::is_alphabetic).then_some(name)
 }
 
-/// Whether commas stand in the numbers: other separators stand between them.
+/// Whether commas are decimal: other separators are between the numbers.
 fn has_decimal_comma(cells: &str) -> bool {
     cells.matches([';', '\t']).count() >= LEAST_SAMPLES
 }
@@ -93,12 +93,12 @@ fn cells(text: &str, has_decimal_comma: bool) -> impl Iterator<Item = &str> {
     text.split(is_between).filter(|cell| !cell.is_empty())
 }
 
-/// A name at the beginning, in quotes or not, and what follows it.
+/// A leading name, quoted or not, and the text after it.
 fn named(text: &str) -> Option<(&str, &str)> {
     let (name, rest) = match text.strip_prefix('"') {
         Some(quoted) => quoted.split_once('"')?,
         None => {
-            // A bracket after a name holds its unit, or the numbers.
+            // A bracket after a name contains its unit, or the numbers.
             let is_list = |at: usize| {
                 let inside = text[at + 1..].trim_start();
                 inside.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.' | '['))
@@ -118,7 +118,7 @@ fn named(text: &str) -> Option<(&str, &str)> {
     is_name.then_some((name, rest))
 }
 
-/// Reads every signal; those of another length than the first are left out and named.
+/// Reads every signal; those of another length than the first are left out and reported.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     if is_matrix(text.trim_start()) {
@@ -147,7 +147,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
                 signals.push((format!("{}", signals.len() + 1), Vec::new()));
                 line
             }
-            // A list goes on in the next line.
+            // A list continues in the next line.
             None => line,
         };
         let Some((_, numbers)) = signals.last_mut() else {

@@ -1,5 +1,5 @@
-//! Long tables: a row for each value, with a column that names the signal. InfluxDB's CSV (`_time,_field,_value`), Grafana's and
-//! Home Assistant's, and what pandas calls melted.
+//! Long tables: one row per value, with a column of signal names. InfluxDB's CSV (`_time,_field,_value`), Grafana's
+//! and Home Assistant's, and pandas' melted tables.
 
 use super::super::cells::{Cells, Separator, number};
 use super::super::stamp::stamp;
@@ -7,7 +7,7 @@ use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Long;
-/// Names of the column that names the signal.
+/// Names of the column of signal names.
 const SIGNALS: [&str; 14] = [
     "_field",
     "field",
@@ -24,9 +24,9 @@ const SIGNALS: [&str; 14] = [
     "name",
     "parameter",
 ];
-/// Names of the column of the values.
+/// Names of the column of values.
 const VALUES: [&str; 6] = ["_value", "value", "values", "state", "val", "reading"];
-/// Names of the column of the time, the best first.
+/// Names of the column of times, the best first.
 const TIMES: [&str; 9] = [
     "_time",
     "time",
@@ -42,10 +42,10 @@ const TIMES: [&str; 9] = [
 const LEAST_SIGNALS: usize = 2;
 /// Most signals: a column of words has more.
 const MOST_SIGNALS: usize = 200;
-/// Lines above the names.
+/// Most lines above the names.
 const BANNER_LINES: usize = 40;
 
-/// Where the three columns are.
+/// Indices of the three columns.
 struct Layout {
     separator: Separator,
     time: usize,
@@ -79,7 +79,7 @@ fn layout(line: &str) -> Option<Layout> {
     })
 }
 
-/// Each value: time, signal and number.
+/// Time, signal and number of each value.
 fn values<'a>(text: &'a str, layout: &'a Layout) -> impl Iterator<Item = (f64, String, f64)> + 'a {
     let mut cells = Cells::default();
     let is_comma = layout.separator != Separator::Byte(b',');
@@ -108,13 +108,13 @@ fn found(text: &str) -> Option<Layout> {
         .find_map(layout)
 }
 
-/// Whether a text begins so.
+/// Whether a text has this format.
 pub(super) fn is_long(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     found(&text).is_some_and(|layout| values(&text, &layout).nth(LEAST_SIGNALS).is_some())
 }
 
-/// Reads it: a column for each signal.
+/// Reads it into one column per signal.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let layout = found(&text).ok_or_else(|| FORM.nothing(""))?;

@@ -1,5 +1,5 @@
-//! LabVIEW's measurement file (LVM): a header of keys, `***End_of_Header***`, a line of names from `X_Value` on, rows. With
-//! `X_Columns No` the times are `X0 + k Delta_X`; with `Multi` an `X_Value` stands before each signal.
+//! LabVIEW's measurement files (LVM): a header of keys, `***End_of_Header***`, a line of names from `X_Value` on,
+//! rows. With `X_Columns No` the times are `X0 + k Delta_X`; with `Multi` each signal has an `X_Value`.
 
 use super::super::cells::{Cells, Separator, number};
 use super::super::table::{Table, TableColumn};
@@ -10,7 +10,7 @@ const FORM: Form = Form::Lvm;
 /// First bytes of an LVM file.
 pub(super) const MAGIC: &[u8] = b"LabVIEW Measurement";
 
-/// A part of the file: its columns, and the times where they are not in one.
+/// A part of the file: its columns, and the times unless they are in one.
 #[derive(Default)]
 struct Segment {
     /// `X_Columns`: `No`, `One` or `Multi`.
@@ -22,7 +22,7 @@ struct Segment {
     rows: Vec<Vec<f64>>,
 }
 
-/// Reads all segments; of several each is a run.
+/// Reads all segments; each of several is a run.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let value = |key: &str| {
@@ -71,7 +71,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         }
     }
     segments.retain(|segment| !segment.rows.is_empty());
-    // `X_Columns` stands once, above all segments.
+    // `X_Columns` is stated once, above all segments.
     let x = segments
         .first()
         .map(|segment| segment.x.clone())
@@ -92,8 +92,8 @@ fn time() -> TableColumn {
     }
 }
 
-/// Names and units of the signals, which are every `step`th column from the second on. Units stand in the signals' columns, or one after
-/// the other.
+/// Names and units of the signals, which are every `step`th column from the second on. Units are in the signals'
+/// columns, or consecutive.
 fn names_of(segment: &Segment, step: usize) -> Vec<TableColumn> {
     let signals: Vec<usize> = (1..segment.names.len()).step_by(step).collect();
     let is_dense = segment.units.iter().filter(|unit| !unit.is_empty()).count() == signals.len()
@@ -113,7 +113,7 @@ fn names_of(segment: &Segment, step: usize) -> Vec<TableColumn> {
     signals.iter().enumerate().map(named).collect()
 }
 
-/// The signals of each segment, each with its own X.
+/// The signals of each segment with their X.
 fn signals(segments: &[Segment]) -> Vec<Vec<Signal>> {
     let count = segments.first().map_or(0, |first| first.names.len() / 2);
     let signal = |segment: &Segment, at: usize| -> Signal {
@@ -185,7 +185,8 @@ mod tests {
         );
     }
 
-    /// As LabVIEW writes it: units above the signals, not above their X; the second signal at half the rate, its column shorter.
+    /// As LabVIEW writes it: units above the signals, not above their X; the second signal at half the rate in a
+    /// shorter column.
     #[test]
     fn each_signal_has_its_own_x() {
         let segment = "Channels\t2\t\t\t\nY_Unit_Label\tV\t\trpm\t\nX0\t0\t\t0\t\n***End_of_Header***\t\t\t\t\n\

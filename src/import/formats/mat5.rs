@@ -1,7 +1,7 @@
-//! MATLAB's MAT file of versions 5 to 7: tagged elements, each behind zlib or plain.
+//! MATLAB's MAT files of versions 5 to 7: tagged elements, compressed by zlib or plain.
 //!
-//! Format: "MAT-File Format", MathWorks, version 5. Objects of MATLAB lie in a variable without a name, which is a MAT file of its
-//! own. An object of the workspace is the number of one of them.
+//! Format: "MAT-File Format", MathWorks, version 5. Objects are in a variable without a name, which is a MAT file
+//! itself. An object of the workspace is an index of one of them.
 
 use std::cell::Cell;
 use std::io::Read;
@@ -15,26 +15,26 @@ use super::workspace::{self, Value};
 use super::{Form, FormatError, MOST_FILE_BYTES, MOST_VALUES};
 
 const FORM: Form = Form::Mat5;
-/// Structs within structs.
+/// Deepest nesting of structs.
 const MOST_DEPTH: usize = 16;
-/// Numbers that take as much memory as a value does beside its own.
+/// Numbers whose memory equals the overhead of a value.
 const NUMBERS_OF_A_VALUE: usize = 8;
-/// Class of arrays of bytes: the variable of objects is one.
+/// Class of byte arrays, such as the variable of objects.
 const MX_UINT8: u32 = 9;
-/// Class of objects, which MathWorks leaves out: a kind, a class and a reference.
+/// Class of objects, undocumented by MathWorks: a kind, a class and a reference.
 const MX_OPAQUE: u32 = 17;
 
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
 
-/// A file under way.
+/// Reader of a file.
 struct Reader {
     is_big_endian: bool,
-    /// Bytes that may still come of compressed data.
+    /// Bytes that may still be decompressed.
     room: u64,
-    /// Numbers that may still come: of one byte each they take eight in memory.
+    /// Numbers that may still be read: one byte each in the file, eight in memory.
     values: Cell<usize>,
-    /// Among the objects: their cells and arrays of more than two dimensions are wanted, and what is too large is left out.
+    /// Inside objects: cells and arrays of more than two dimensions are needed, and too large ones are left out.
     is_inside: bool,
 }
 
@@ -87,7 +87,7 @@ impl Reader {
         let length = self.u32(bytes)? as usize;
         let content = bytes.take(length)?;
         if tag != MI_COMPRESSED {
-            // The last one may lack what fills it up to eight bytes.
+            // The last one may lack the padding to eight bytes.
             let filling = length.wrapping_neg() & 7;
             bytes.take(filling.min(bytes.0.len()))?;
         }
@@ -134,10 +134,10 @@ impl Reader {
         (is_bytes && name.is_empty()).then_some(content)
     }
 
-    /// The objects in a variable without a name; `None` where there are none or they cannot be read.
+    /// The objects in a variable without a name; `None` if there are none or they cannot be read.
     fn objects(&self, variable: Bytes) -> Option<Objects> {
         let mut file = self.unnamed(variable)?;
-        // Version, byte order, and as many bytes of filling.
+        // Version, byte order, and padding.
         let head: [u8; 8] = file.array()?;
         let inside = Self {
             is_big_endian: head[2] == b'M',
@@ -160,7 +160,6 @@ impl Reader {
         }
     }
 
-    /// Name and value of an array.
     fn matrix(&self, bytes: &mut Bytes, depth: usize) -> Option<(String, Value)> {
         if depth > MOST_DEPTH {
             return None;
@@ -212,7 +211,7 @@ impl Reader {
         Some((name, value))
     }
 
-    /// Name and value of an object: its class and the numbers by which the others know it.
+    /// Name and value of an object: its class and the index of its object.
     fn opaque(&self, bytes: &mut Bytes, depth: usize) -> Option<(String, Value)> {
         let name = text(self.element(bytes)?.1);
         let _kind = self.element(bytes)?;
@@ -266,7 +265,7 @@ impl Reader {
         Some(Value::Structs(fields))
     }
 
-    /// Numbers of any of the types that numbers are stored as.
+    /// Numbers of any numeric storage type.
     fn numbers(&self, kind: u32, bytes: Bytes) -> Option<Vec<f64>> {
         macro_rules! all {
             ($type:ty, $convert:expr) => {{

@@ -1,7 +1,7 @@
-//! MCAP, as ROS 2 and Foxglove record: messages in CDR and in JSON, in chunks behind zstd, LZ4 or plain.
+//! MCAP, as ROS 2 and Foxglove record it: messages in CDR and in JSON, in chunks compressed by zstd, LZ4 or plain.
 //!
-//! Format: <https://mcap.dev/spec>. It is read here and not by the crate `mcap`, whose reader of version 0.26 allocates what a damaged
-//! length says, and panics on others.
+//! Format: <https://mcap.dev/spec>. Parsed here because the reader of the crate `mcap` 0.26 allocates damaged
+//! lengths, and panics on other errors.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -15,7 +15,7 @@ use super::{Form, FormatError, MOST_FILE_BYTES};
 
 const FORM: Form = Form::Mcap;
 const MAGIC_BYTES: usize = 8;
-/// Largest chunk behind its compression, in bytes: recorders write some megabytes.
+/// Largest decompressed chunk in bytes: recorders write some megabytes.
 const MOST_CHUNK_BYTES: u64 = 1 << 28;
 const SCHEMA: u8 = 3;
 const CHANNEL: u8 = 4;
@@ -26,11 +26,11 @@ const DATA_END: u8 = 15;
 /// Type, encoding and definition.
 type Schema = (String, String, String);
 
-/// A file under way.
+/// Reader of a file.
 struct Reader {
     schemas: HashMap<u16, Schema>,
     messages: Messages,
-    /// Bytes that may still come of compressed chunks.
+    /// Bytes that may still be decompressed.
     room: u64,
 }
 
@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let read = reader.records(bytes.get(MAGIC_BYTES..).unwrap_or_default(), true);
     match read {
         Ok(()) => {}
-        // Records before a torn end are complete.
+        // Records before a truncated end are complete.
         Err(FormatError::Broken { why, .. }) if !reader.messages.signals.is_empty() => {
             let note = format!("it is read up to where it breaks off: {why}");
             reader.messages.signals.notes.push(note);
@@ -54,7 +54,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
 }
 
 impl Reader {
-    /// Records one after the other, up to the end of the data.
+    /// Reads records up to the end of the data.
     fn records(&mut self, bytes: &[u8], is_file: bool) -> Result<(), FormatError> {
         let mut rest = Bytes(bytes);
         while !rest.is_empty() {
@@ -107,7 +107,7 @@ impl Reader {
         self.records(&plain, false)
     }
 
-    /// `None` where it is shorter than its own lengths say.
+    /// Reads one record; `None` if it is shorter than its lengths state.
     fn record(&mut self, opcode: u8, data: &[u8]) -> Option<Result<(), FormatError>> {
         let mut rest = Bytes(data);
         match opcode {
@@ -124,7 +124,7 @@ impl Reader {
                     return Some(Ok(()));
                 }
                 let kind = schema.map_or("", |(name, _, _)| name);
-                // Other than ros2msg, such as IDL, the common types are known all the same.
+                // For encodings other than ros2msg, such as IDL, the common types are known.
                 let definition = schema
                     .filter(|(_, encoding, _)| encoding == "ros2msg")
                     .map(|(_, _, definition)| definition.as_str());
@@ -144,17 +144,16 @@ impl Reader {
     }
 }
 
-/// Kind and content of the next record.
 fn next<'a>(rest: &mut Bytes<'a>) -> Option<(u8, &'a [u8])> {
     let opcode = rest.u8()?;
     let length = usize::try_from(rest.uint_le(8)?).ok()?;
     Some((opcode, rest.take(length)?))
 }
 
-/// Size and checksum of a chunk's records, their compression, and they themselves.
+/// Size and checksum of a chunk's records, their compression, and the records.
 fn chunk(data: &[u8]) -> Option<(u64, u32, String, &[u8])> {
     let mut rest = Bytes(data);
-    // Times of the first message and the last.
+    // Times of the first and the last message.
     rest.take(16)?;
     let size = rest.uint_le(8)?;
     let crc = rest.u32_le()?;

@@ -1,40 +1,40 @@
-//! Objects of MATLAB's class system (MCOS) as a MAT file holds them: the cells of its `FileWrapper__`.
+//! Objects of MATLAB's class system (MCOS) in MAT files: the cells of its `FileWrapper__`.
 //!
-//! MathWorks documents no such form. Source: "Subsystem Data Format" of the Python package `mat-io`, checked against files of
-//! MATLAB R2019a to R2025b. The first cell maps the properties of each object to cells; the last holds the defaults.
+//! Undocumented by MathWorks. Source: "Subsystem Data Format" of the Python package `mat-io`, checked against files
+//! of MATLAB R2019a to R2025b. The first cell maps the properties of each object to cells; the last has the defaults.
 
 use super::bytes::Bytes;
 use super::workspace::Value;
 
-/// First values of a reference to objects.
+/// First value of a reference to objects.
 const REFERENCE: f64 = 0xDD00_0000_u32 as f64;
-/// Versions of the form that are known.
+/// Known versions of the format.
 const VERSIONS: std::ops::RangeInclusive<u32> = 2..=4;
-/// Cells before the first that holds a property.
+/// Cells before the first property.
 const BEFORE_PROPERTIES: usize = 2;
 /// Bytes before the names: version, number of names, eight offsets of 32 bits.
 const BEFORE_NAMES: usize = 40;
-/// The kind of property whose value is a cell.
+/// Kind of a property whose value is in a cell.
 const IN_A_CELL: u32 = 1;
 
-/// Name, kind and value of a property, as numbers.
+/// Name, kind and value of a property, as indices.
 type Property = [u32; 3];
 
 /// The objects of a file.
 pub(super) struct Objects {
     cells: Vec<Value>,
-    /// Of properties, classes and packages; numbered from 1 on.
+    /// Names of properties, classes and packages; numbered from 1.
     names: Vec<String>,
-    /// Package and name of every class; the first is none.
+    /// Package and name of every class; the first is unused.
     classes: Vec<[u32; 4]>,
-    /// Of every object: class, two of unknown meaning, properties by its own saving, properties, dependencies.
+    /// For every object: class, two unknown fields, properties with custom saving, properties, dependencies.
     objects: Vec<[u32; 6]>,
     by_own_saving: Vec<Vec<Property>>,
     properties: Vec<Vec<Property>>,
 }
 
 impl Objects {
-    /// The objects that the cells describe; `None` where they contradict themselves or are of an unknown version.
+    /// The objects described by the cells; `None` if they are inconsistent or of an unknown version.
     pub fn of(cells: Vec<Value>) -> Option<Self> {
         let Some(Value::Numbers(_, numbers)) = cells.first() else {
             return None;
@@ -91,7 +91,7 @@ impl Objects {
         })
     }
 
-    /// A property of an object: its own, or its class's default.
+    /// A property of an object: its value, or its class's default.
     pub fn property(&self, id: u32, name: &str) -> Option<&Value> {
         let [class, _, _, by_own_saving, properties, _] = *self.object(id)?;
         let block = match by_own_saving {
@@ -111,13 +111,13 @@ impl Objects {
         }
     }
 
-    /// The same of the one object that a value refers to.
+    /// The same for the single object that a value refers to.
     pub fn property_of(&self, object: Option<&Value>, name: &str) -> Option<&Value> {
         self.property(object?.object()?, name)
     }
 }
 
-/// The properties of every object: their number, then name, kind and value of each, filled up to eight bytes.
+/// The properties of every object: their number, then name, kind and value of each, padded to eight bytes.
 fn blocks(mut words: &[u32]) -> Option<Vec<Vec<Property>>> {
     let mut blocks = Vec::new();
     while let Some((&count, rest)) = words.split_first() {
@@ -129,7 +129,7 @@ fn blocks(mut words: &[u32]) -> Option<Vec<Vec<Property>>> {
     Some(blocks)
 }
 
-/// The objects that numbers refer to: the mark, how many sizes, the sizes, an identifier each, the class.
+/// The objects that numbers refer to: the mark, number of sizes, the sizes, an identifier each, the class.
 pub(super) fn reference(numbers: &[f64]) -> Option<Vec<u32>> {
     let (&mark, rest) = numbers.split_first()?;
     if mark != REFERENCE {
@@ -156,7 +156,7 @@ pub(super) mod made {
         Value::Numbers(vec![6, 1], numbers.to_vec())
     }
 
-    /// The cells of these objects, numbered from 1 on. Each has a class of its own.
+    /// The cells of these objects, numbered from 1. Each has its own class.
     pub fn cells(objects: Vec<Object>) -> Vec<Value> {
         let mut names: Vec<String> = Vec::new();
         let mut number = |name: &str| -> u32 {

@@ -1,4 +1,4 @@
-//! Messages of topics, whatever their coding: each number in them is a signal, `/joint_states.position[0]`.
+//! Messages of topics in any encoding: each number is a signal, `/joint_states.position[0]`.
 
 use std::collections::HashMap;
 
@@ -9,11 +9,11 @@ use super::ros_types::Types;
 use super::signals::Signals;
 use super::{Form, FormatError, cdr};
 
-/// Elements of an array that become signals of their own.
+/// Most elements of an array that become separate signals.
 pub(super) const MOST_ELEMENTS: usize = 64;
-/// Objects within objects of JSON.
+/// Deepest nesting of JSON objects.
 const MOST_DEPTH: usize = 16;
-/// Stamps before this are unset: 1971 in ns.
+/// Earlier stamps are unset: 1971 in ns.
 const LEAST_STAMP_NS: i64 = 31_536_000_000_000_000;
 
 /// One value of a message.
@@ -28,7 +28,7 @@ pub(super) enum Leaf<'a> {
 /// Receiver of a message's values by their paths.
 pub(super) type Sink<'s> = dyn FnMut(&str, Leaf) + 's;
 
-/// How the messages of a topic are written.
+/// Encoding of the messages of a topic.
 #[derive(Debug)]
 enum Coding {
     Cdr {
@@ -36,7 +36,7 @@ enum Coding {
         name: String,
     },
     Json,
-    /// One that is not read: its name.
+    /// An unsupported one: its name.
     Other(String),
 }
 
@@ -46,7 +46,7 @@ struct Topic {
     name: String,
     coding: Coding,
     is_joint_state: bool,
-    /// Names of the joints have been noted.
+    /// Names of the joints are known.
     is_named: bool,
     read: u64,
     unread: u64,
@@ -76,7 +76,7 @@ impl Messages {
         self.topics.contains_key(&id)
     }
 
-    /// A topic: `encoding` of its messages, and their type with its definition, if it is there.
+    /// Adds a topic: `encoding` of its messages, and their type with its definition, if there is one.
     pub fn topic(
         &mut self,
         id: u64,
@@ -169,7 +169,7 @@ impl Messages {
         Ok(())
     }
 
-    /// The table, and what could not be read of which topic.
+    /// The table, with the unreadable parts by topic.
     pub fn table(mut self) -> Result<Table, FormatError> {
         let mut topics: Vec<&Topic> = self
             .topics

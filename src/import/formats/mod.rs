@@ -1,6 +1,7 @@
-//! Files that are no text in columns: what they are is told by their first bytes, and each becomes a [`Table`].
+//! Files other than text in columns: the format is recognized by the first bytes, and each is read into a [`Table`].
 //!
-//! Parquet, MCAP, ROS 2 bags and MAT 7.3 need large libraries and are read where the feature `formats` is on. Sizes stated in a file are checked against the bytes that there are before anything of that size is made.
+//! Parquet, MCAP, ROS 2 bags and MAT 7.3 need large libraries and are read with the feature `formats`. Sizes stated
+//! in a file are checked against its length before memory of that size is allocated.
 
 mod bytes;
 #[cfg(feature = "formats")]
@@ -46,14 +47,14 @@ pub use error::FormatError;
 
 use super::table::Table;
 
-/// Bytes at the beginning of a file by which its form is told.
+/// Bytes at the beginning of a file by which its format is recognized.
 pub const TOLD_BY_BYTES: usize = 1 << 14;
-/// Largest file that is read, in bytes: it is held in memory as a whole.
+/// Largest file in bytes: it is read into memory.
 pub const MOST_FILE_BYTES: u64 = 1 << 30;
 /// Most values of a table: half a gigabyte of memory, an hour of 20 signals at 500 Hz.
 const MOST_VALUES: usize = 1 << 25;
 
-/// A form that is no text in columns.
+/// A format other than text in columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// Apache Parquet.
@@ -70,7 +71,7 @@ pub enum Form {
     Mat5,
     /// MATLAB's MAT file of version 7.3, and HDF5.
     Hdf5,
-    /// JSON: an object a line, or a table as one document.
+    /// JSON: an object per line, or a table as one document.
     Json,
     /// LabVIEW's measurement file.
     Lvm,
@@ -80,26 +81,26 @@ pub enum Form {
     Pairs,
     /// Cells with unquoted decimal commas between commas.
     Decimals,
-    /// An oscilloscope's samples, with their start and their increment.
+    /// An oscilloscope's samples, with start and increment.
     Scope,
-    /// A signal a line.
+    /// One signal per line.
     Lists,
     /// A matrix as MATLAB prints it.
     Printed,
-    /// YAML documents, or a key a line.
+    /// YAML documents, or one key per line.
     Documents,
     /// InfluxDB's line protocol.
     LineProtocol,
-    /// A row for each value of each signal.
+    /// One row for each value of each signal.
     Long,
-    /// A table whose cells hold lists, units or hexadecimal.
+    /// A table whose cells have lists, units or hexadecimal numbers.
     Wordy,
-    /// One that is known and not read: what it is, and how a log is made of it.
+    /// A known format that is not supported, and how to convert it.
     NotRead(&'static str, &'static str),
 }
 
 impl Form {
-    /// The form of a file by its first bytes; `None` for text.
+    /// The format of a file by its first bytes; `None` for text in columns.
     pub fn of(beginning: &[u8]) -> Option<Self> {
         let is_mat5 = beginning.len() >= 128
             && (beginning[124..128] == *b"\x00\x01IM" || beginning[124..128] == *b"\x01\x00MI");
@@ -128,7 +129,7 @@ impl Form {
             .or_else(|| Self::of_text(beginning))
     }
 
-    /// The form of a text that is no rows of columns.
+    /// The format of a text other than rows of columns.
     fn of_text(beginning: &[u8]) -> Option<Self> {
         let text = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
         type Is = fn(&[u8]) -> bool;
@@ -152,7 +153,7 @@ impl Form {
             .map(|(_, form)| form)
     }
 
-    /// The form that only a file's name tells.
+    /// The format by the file's name.
     pub fn of_name(name: &str) -> Option<Self> {
         let is_hoot = name.to_lowercase().ends_with(".hoot");
         is_hoot.then_some(Self::NotRead(
@@ -161,7 +162,7 @@ impl Form {
         ))
     }
 
-    /// For people.
+    /// Name for messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Parquet => "a Parquet file",
@@ -187,10 +188,10 @@ impl Form {
         }
     }
 
-    /// Reads a whole file.
+    /// Reads a file.
     ///
     /// # Errors
-    /// It is broken, holds no numbers, or is of a form that is not read.
+    /// A damaged file, no numbers, or an unsupported format.
     pub fn read(self, bytes: &[u8]) -> Result<Table, FormatError> {
         let bytes = match self {
             Self::Json

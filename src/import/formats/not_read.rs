@@ -1,8 +1,8 @@
-//! Forms that are known and not read, and how a log that is read is made of each.
+//! Known formats that are not supported, and how to convert each.
 
 use super::Form;
 
-/// First bytes, what it is, what to do.
+/// First bytes, name, and remedy.
 type Known = (&'static [u8], &'static str, &'static str);
 
 const KNOWN: &[Known] = &[
@@ -87,7 +87,7 @@ const KNOWN: &[Known] = &[
     ),
 ];
 
-/// Whether lines are a CAN bus's frames: `(1690000000.123456) can0 181#0011`, or `can0  181   [8]  00 11`.
+/// Whether lines are frames of a CAN bus: `(1690000000.123456) can0 181#0011`, or `can0  181   [8]  00 11`.
 fn is_candump(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
@@ -111,7 +111,7 @@ fn is_candump(beginning: &[u8]) -> bool {
     lines.next().is_some_and(is_frame) && lines.next().is_some_and(is_frame)
 }
 
-/// The form of a file that is known and not read.
+/// The format of an unsupported file.
 pub(super) fn form(beginning: &[u8]) -> Option<Form> {
     if is_candump(beginning) {
         return Some(Form::NotRead(

@@ -1,28 +1,28 @@
-//! Tables in which every signal has a pair of columns, its own X and its Y, under one name: the exports of drives' scopes and of
+//! Tables with a pair of columns for every signal, X and Y, under one name: the exports of drives' scopes and of
 //! TwinCAT Scope.
 //!
-//! A name over a pair stands above its X. TwinCAT has a line `Name,A,Name,B` instead, and such lines of `Unit` and `SampleTime[ms]`.
+//! The name of a pair is above its X. TwinCAT has a line `Name,A,Name,B` instead, and similar lines of `Unit` and
+//! `SampleTime[ms]`.
 
 use super::super::cells::{Cells, Separator, number, texts};
 use super::super::table::{Cell, Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Pairs;
-/// Lines above the rows.
+/// Most lines above the rows.
 const BANNER_LINES: usize = 60;
-/// Rows alike that are a table.
+/// Consecutive equal rows that make a table.
 const ALIKE: usize = 3;
-/// X counts in this share of the sample time: 100 ns, as Windows stamps files.
+/// Unit of X relative to milliseconds: 100 ns, as in Windows file times.
 const FILE_TIME_MS: f64 = 1e-4;
 
-/// Lines above the rows.
 struct Header {
     separator: Separator,
-    /// Lines above the rows.
+    /// Number of lines above the rows.
     lines: usize,
     names: Vec<String>,
     units: Vec<Option<String>>,
-    /// Names of X columns.
+    /// Name of the X columns.
     x: String,
     sample_time_ms: Option<f64>,
 }
@@ -39,7 +39,7 @@ fn header(text: &str) -> Option<Header> {
         let is_row = |row: &Vec<String>, count: usize| {
             row.len() >= count && row[..count].iter().all(is_number)
         };
-        // The first rows of numbers, in pairs.
+        // The first numeric rows, in pairs.
         let first = lines.windows(ALIKE).position(|rows| {
             let filled = rows[0].iter().filter(|cell| !cell.is_empty()).count();
             filled >= 4 && filled % 2 == 0 && rows.iter().all(|row| is_row(row, filled))
@@ -105,14 +105,14 @@ fn header(text: &str) -> Option<Header> {
     })
 }
 
-/// Whether a text begins so.
+/// Whether a text has this format.
 pub(super) fn is_pairs(beginning: &[u8]) -> bool {
-    // The last line may be cut off.
+    // The last line may be incomplete.
     let text = String::from_utf8_lossy(beginning);
     header(text.rsplit_once('\n').map_or("", |(lines, _)| lines)).is_some()
 }
 
-/// Reads it: one X where all are the same, else the signals by their times.
+/// Reads it: one X if all are the same, else the signals by their times.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let header = header(&text).ok_or_else(|| FORM.nothing(""))?;
@@ -145,10 +145,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     Ok(table(time, (0..count).map(named).collect(), &[series]))
 }
 
-/// X and Y of each sample of a signal.
 pub(super) type Signal = Vec<(f64, f64)>;
 
-/// The table of signals, each segment a run: one X where all signals have the same, else a row for each X of any signal.
+/// The table of signals, each segment a run: one X if all signals have the same, else a row for each X of any signal.
 pub(super) fn table(time: TableColumn, names: Vec<TableColumn>, segments: &[Vec<Signal>]) -> Table {
     let is_one_x = |signals: &Vec<Signal>| {
         let xs = |signal: &Signal| signal.iter().map(|(x, _)| *x).collect::<Vec<f64>>();
@@ -196,7 +195,8 @@ pub(super) fn table(time: TableColumn, names: Vec<TableColumn>, segments: &[Vec<
     }
 }
 
-/// The factor of the X column, and its name and unit. With a sample time in ms X is in ms, counts the samples, or is in 100 ns.
+/// The factor of the X column, its name and its unit. With a sample time in ms, X is in ms, the sample number, or in
+/// 100 ns.
 fn time_column(header: &Header, first: &[(f64, f64)]) -> (f64, TableColumn) {
     let column = |name: &str, unit: Option<&str>| TableColumn {
         name: name.to_owned(),

@@ -1,4 +1,4 @@
-//! Apache Parquet: every flat column of numbers. Time stamps are seconds from the first on.
+//! Apache Parquet: every flat numeric column. Time stamps are seconds relative to the first.
 
 use ::bytes::Bytes;
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit};
@@ -14,9 +14,9 @@ use super::super::table::{Table, TableColumn, of_f32};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Parquet;
-/// Values that are read at a time.
+/// Values read at a time.
 const BATCH: usize = 1 << 14;
-/// Days from the Julian day that 96 bit time stamps count from to 1970.
+/// Days from the Julian day of 96-bit time stamps to 1970.
 const JULIAN_1970: i64 = 2_440_588;
 const DAY_NS: i64 = 86_400_000_000_000;
 
@@ -65,7 +65,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     Ok(table)
 }
 
-/// Whether a column holds one number a row.
+/// Whether a column has one number per row.
 fn is_number(column: &ColumnDescriptor) -> bool {
     use ::parquet::basic::Type as Physical;
     let is_plain = !matches!(
@@ -85,7 +85,7 @@ fn is_number(column: &ColumnDescriptor) -> bool {
         )
 }
 
-/// Nanoseconds in one of a time stamp's ticks; `None` for other types.
+/// Nanoseconds per tick of a time stamp; `None` for other types.
 fn ns_per_tick(column: &ColumnDescriptor) -> Option<i64> {
     match (column.logical_type_ref(), column.converted_type()) {
         (Some(LogicalType::Timestamp(stamp)), _) => Some(match stamp.unit {
@@ -100,7 +100,6 @@ fn ns_per_tick(column: &ColumnDescriptor) -> Option<i64> {
     }
 }
 
-/// Values read of a column.
 #[derive(Debug, Default)]
 struct Numbers {
     found: Vec<f64>,

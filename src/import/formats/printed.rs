@@ -1,4 +1,4 @@
-//! A matrix as MATLAB and Octave print it, with a factor for all of it and in blocks of columns:
+//! Matrices as printed by MATLAB and Octave, with a common factor and in blocks of columns:
 //!
 //! ```text
 //! data =
@@ -12,7 +12,7 @@ use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Printed;
 
-/// Whether it begins with a name, and a factor or a block of columns follows. Without them it is text in columns.
+/// Whether it begins with a name, followed by a factor or a block of columns. Without these it is text in columns.
 pub(super) fn is_printed(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
@@ -39,7 +39,6 @@ pub(super) fn block(line: &str) -> Option<usize> {
         .ok()
 }
 
-/// Reads all blocks.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let (mut times, mut first, mut values) = (1.0, 1, 0);

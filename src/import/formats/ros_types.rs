@@ -1,11 +1,11 @@
-//! Types of ROS 2 messages by their definitions, as bags and MCAP files carry them.
+//! Types of ROS 2 messages from their definitions in bags and MCAP files.
 //!
-//! A definition is a list of fields, `type name`; behind a line of `=` and `MSG: package/Type` come those of the types that it uses.
-//! Bags of older ROS 2 carry none; the common ones are here.
+//! A definition is a list of fields, `type name`; after a line of `=` and `MSG: package/Type` follow the types that
+//! it uses. Bags of older ROS 2 have none; common ones are defined here.
 
 use std::collections::HashMap;
 
-/// Definitions of the types that motors are recorded with, for bags without any.
+/// Definitions of common types in recordings of motors, for bags without any.
 const COMMON: &[(&str, &str)] = &[
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec"),
     ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec"),
@@ -74,17 +74,17 @@ pub(super) enum Kind {
     Unsigned(u8),
     Float(u8),
     Text,
-    /// Text of 16 bit letters, whose coding differs between vendors.
+    /// Text of 16-bit characters, whose encoding differs between vendors.
     WideText,
     Nested(String),
 }
 
-/// How many of them.
+/// Multiplicity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Many {
     One,
     Fixed(usize),
-    /// As many as the message says.
+    /// The number is in the message.
     Counted,
 }
 
@@ -95,7 +95,7 @@ pub(super) struct Field {
     pub many: Many,
 }
 
-/// Types by their names without `msg/`.
+/// Types by name without `msg/`.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Types(HashMap<String, Vec<Field>>);
 
@@ -109,7 +109,7 @@ impl Types {
         types
     }
 
-    /// A type with its definition and those that follow it.
+    /// A type with its definition and the following ones.
     pub fn defined(name: &str, definition: &str) -> Self {
         let mut types = Self::common();
         let mut name = short(name);
@@ -146,12 +146,12 @@ impl Types {
     }
 }
 
-/// `sensor_msgs/msg/JointState` and `sensor_msgs/JointState` are one.
+/// `sensor_msgs/msg/JointState` and `sensor_msgs/JointState` are the same.
 fn short(name: &str) -> String {
     name.trim().replace("/msg/", "/")
 }
 
-/// A line of a definition. Comments, constants and empty lines are no fields.
+/// A field of a definition; `None` for comments, constants and empty lines.
 fn field(line: &str, package: &str) -> Option<Field> {
     let line = line.split('#').next()?.trim();
     let (kind, rest) = line.split_once(char::is_whitespace)?;

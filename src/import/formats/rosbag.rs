@@ -1,6 +1,6 @@
 //! ROS 2 bags in SQLite (`.db3`): tables `topics`, `messages` and, since ROS 2 Iron, `message_definitions`.
 //!
-//! The tables are asked for as such: a view in their place could run for ever.
+//! Only tables are read: a view of the same name could run for ever.
 
 use std::collections::HashMap;
 use std::io::Cursor;
@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         let row = match rows.next() {
             Ok(Some(row)) => row,
             Ok(None) => break,
-            // Records before a torn page are complete.
+            // Records before a damaged page are complete.
             Err(error) if !messages.signals.is_empty() => {
                 messages
                     .signals

@@ -1,25 +1,25 @@
-//! Oscilloscopes that write no times: above the rows stands when the record starts, and the time from sample to sample. Rigol's
-//! `X,CH1,CH2,Start,Increment` with `Sequence,Volt,Volt,-6.0e-3,1.0e-5` below it, and `CH1V,CH2V,t0 = -5.0e-2,tInc = 1.0e-6`.
+//! Oscilloscope files without times, with the start and the increment above the rows. Rigol's
+//! `X,CH1,CH2,Start,Increment` with `Sequence,Volt,Volt,-6.0e-3,1.0e-5` below it, and `CH1V,CH2V,t0 = -5.0e-2,tInc =
+//! 1.0e-6`.
 
 use super::super::cells::{Cells, Separator, number, texts};
 use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Scope;
-/// Lines above the rows.
+/// Most lines above the rows.
 const BANNER_LINES: usize = 20;
-/// Names of the first time and of the time from sample to sample, where both stand in one line.
+/// Names of start and increment in one line.
 const NAMES: [(&str, &str); 3] = [("start", "increment"), ("t0", "tinc"), ("x0", "dx")];
 
-/// Lines above the rows.
 #[derive(Debug)]
 struct Header {
     separator: Separator,
-    /// Lines above the rows.
+    /// Number of lines above the rows.
     lines: usize,
     start_s: f64,
     increment_s: f64,
-    /// The column that counts the samples.
+    /// The column of the sample number.
     index: Option<usize>,
     /// A column of times.
     has_time: bool,
@@ -63,7 +63,7 @@ fn below_names(
     let others: Vec<usize> = (0..names.len())
         .filter(|at| ![start, increment].contains(at) && is_unit(at))
         .collect();
-    // A row of numbers below its names is a plain table's.
+    // Names above a numeric row are a plain table.
     if others.is_empty() || others.iter().any(|at| read(&below[*at]).is_some()) {
         return None;
     }
@@ -131,13 +131,13 @@ impl Header {
     }
 }
 
-/// Whether a text begins so.
+/// Whether a text has this format.
 pub(super) fn is_scope(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     header(text.rsplit_once('\n').map_or("", |(lines, _)| lines)).is_some()
 }
 
-/// Reads it. A sample lies its number times the increment after the start.
+/// Reads it. The time of a sample is its number times the increment after the start.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let header = header(&text).ok_or_else(|| FORM.nothing(""))?;

@@ -1,6 +1,6 @@
-//! MATLAB's objects that hold signals with their time: timeseries, timetable and the elements of Simulink's Dataset.
+//! MATLAB's time series objects: timeseries, timetable and the elements of Simulink's Dataset.
 //!
-//! The names of their properties are those that MATLAB R2019a to R2025b saves.
+//! Property names are those of files of MATLAB R2019a to R2025b.
 
 use super::mcos::Objects;
 use super::variables::MOST_OF_A_MATRIX;
@@ -8,17 +8,17 @@ use super::workspace::Value;
 
 /// Samples with their time.
 pub(super) struct Series {
-    /// In s; of dates since 1970.
+    /// In s; for dates since 1970.
     pub time_s: Vec<f64>,
-    /// Suffix of the name, the unit, a value for each time.
+    /// Suffix of the name, unit, and a value for each time.
     pub columns: Vec<(String, Option<String>, Vec<f64>)>,
 }
 
-/// The samples of a `timeseries`; or what keeps it from being read.
+/// The samples of a `timeseries`, or why it cannot be read.
 pub(super) fn timeseries(objects: &Objects, id: u32) -> Result<Series, String> {
     let property = |name: &str| objects.property(id, name);
     let is = |value: Option<&Value>| value.and_then(Value::number) == Some(1.0);
-    // To Workspace leaves the samples as they streamed in.
+    // To Workspace keeps the samples in streaming storage.
     let storage = property("Storage_");
     let streamed = objects.property_of(storage, "Data");
     let (data, is_time_first) = match (property("Data_"), streamed) {
@@ -56,7 +56,7 @@ pub(super) fn timeseries(objects: &Objects, id: u32) -> Result<Series, String> {
     Ok(series)
 }
 
-/// The variables of numbers of a `timetable`; or what keeps it from being read.
+/// The numeric variables of a `timetable`, or why it cannot be read.
 pub(super) fn timetable(objects: &Objects, id: u32) -> Result<Series, String> {
     let saved = objects.property(id, "any").ok_or("of an unknown version")?;
     let cells = |name: &str| saved.field(name).map_or(&[][..], Value::cells);
@@ -80,7 +80,7 @@ pub(super) fn timetable(objects: &Objects, id: u32) -> Result<Series, String> {
     Ok(series)
 }
 
-/// Times that begin somewhere and go on by a step or at a rate.
+/// Times with a start and a step or a rate.
 fn regular_s(objects: &Objects, times: &Value, rows: usize) -> Option<Vec<f64>> {
     let start_s = *times_s(objects, times.field("origin")?.object()?)?.first()?;
     let rate_hz = times.field("sampleRate").and_then(Value::number);
@@ -100,7 +100,7 @@ pub(super) fn times_s(objects: &Objects, id: u32) -> Option<Vec<f64>> {
     Some(found?.1.iter().map(|ms| ms / 1e3).collect())
 }
 
-/// The elements of a Dataset: they lie in its storage, as both save themselves.
+/// The elements of a Dataset, which are in its storage, as both save themselves.
 pub(super) fn elements(objects: &Objects, id: u32) -> &[Value] {
     let saved =
         |object: Option<&Value>, field: &str| objects.property_of(object, "any")?.field(field);
@@ -109,7 +109,7 @@ pub(super) fn elements(objects: &Objects, id: u32) -> &[Value] {
     saved(storage, "Elements").map_or(&[], Value::cells)
 }
 
-/// Seconds in one of the units that a timeseries has.
+/// Seconds per unit of a timeseries.
 fn seconds_in(unit: &str) -> Option<f64> {
     Some(match unit.to_lowercase().as_str() {
         "weeks" => 604_800.0,
@@ -135,7 +135,7 @@ impl Series {
         }
     }
 
-    /// Samples of any sizes, along the first of them or the last, a column for each of their elements.
+    /// Samples of any shape, along the first dimension or the last, with a column for each element.
     fn push(
         &mut self,
         part: &str,
@@ -178,7 +178,7 @@ impl Series {
     }
 }
 
-/// How MATLAB calls an element of every sample: `(:,2)`, `(1,3,:)`.
+/// MATLAB's notation of an element of every sample: `(:,2)`, `(1,3,:)`.
 fn subscript(mut at: usize, sizes: &[usize], is_time_first: bool) -> String {
     let mut places: Vec<String> = Vec::new();
     for size in sizes {
@@ -216,7 +216,7 @@ mod tests {
             columns(&[1, 1, 3], 3, false).expect("one"),
             ["y [0.0, 1.0, 2.0]"]
         );
-        // A square is read as is said; else the size that fits tells.
+        // For a square the stated dimension applies; else the one whose size matches.
         assert_eq!(
             columns(&[2, 2], 2, false).expect("two")[0],
             "y(1,:) [0.0, 2.0]"

@@ -1,20 +1,19 @@
-//! Signals that come one value at a time, each with its own time: a row for every time at which something came.
+//! Signals with separate times: one row for every time with a value.
 
 use std::collections::HashMap;
 
 use super::super::table::{Cell, Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
-/// Most signals of a log; beyond any robot's.
+/// Most signals of a log; more than any robot's.
 const MOST_SIGNALS: usize = 20_000;
 
-/// Signals as they come.
 #[derive(Debug)]
 pub(super) struct Signals {
     form: Form,
     columns: Vec<TableColumn>,
     by_name: HashMap<String, u16>,
-    /// Time in ns, signal, value; in the order in which they came.
+    /// Time in ns, signal, value; in order of arrival.
     values: Vec<(i64, u16, f64)>,
     pub notes: Vec<String>,
 }
@@ -70,7 +69,7 @@ impl Signals {
         self.values.is_empty()
     }
 
-    /// The table: time in s from the first value on. Of two values of a signal at one time the later holds.
+    /// The table: time in s relative to the first value. Of two values of a signal at one time the later is used.
     pub fn table(mut self) -> Table {
         self.values.sort_by_key(|(time_ns, _, _)| *time_ns);
         let first_ns = self.values.first().map_or(0, |(time_ns, _, _)| *time_ns);

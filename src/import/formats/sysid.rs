@@ -9,9 +9,9 @@ use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::SysId;
-/// Longest file, in bytes: an hour of tests at 200 Hz. A document takes some sixteen times as much in memory.
+/// Largest file in bytes: an hour of tests at 200 Hz. A document takes some sixteen times as much memory.
 const MOST_BYTES: usize = 1 << 25;
-/// The tests, as SysId and the tools before it name them.
+/// Names of the tests in SysId and its predecessors.
 const TESTS: [&str; 8] = [
     "slow-forward",
     "slow-backward",
@@ -40,7 +40,7 @@ const DRIVETRAIN: [(&str, &str); 9] = [
     ("heading_rate", ""),
 ];
 
-/// Whether a file begins as such JSON does.
+/// Whether a file has this format.
 pub(super) fn is_sysid(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let has = |key: &str| text.contains(&format!("\"{key}\""));

@@ -1,4 +1,4 @@
-//! Variables of a workspace: those of one length are the columns of a table; series come with a time of their own.
+//! Variables of a workspace: those of equal length are the columns of a table; series have a separate time.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -6,34 +6,34 @@ use super::super::table::{Table, TableColumn};
 use super::signals::Signals;
 use super::{Form, FormatError, MOST_VALUES};
 
-/// Columns of a matrix that become columns of the table.
+/// Most columns of a matrix that become columns of the table.
 pub(super) const MOST_OF_A_MATRIX: usize = 64;
-/// Characters of a name that are kept; a table keeps fewer.
+/// Most characters of a name; a table keeps fewer.
 const MOST_NAME: usize = 256;
-/// Names of variables left out that a message lists.
+/// Most names of omitted variables in a message.
 const MOST_LISTED: usize = 8;
-/// `tout`, which Simulink writes beside its signals, is their time in s.
+/// `tout`, Simulink's time in s.
 const SIMULINK_TIME: &str = "tout";
-/// Remedy for an object that is not read.
+/// Remedy for an unsupported object.
 const REMEDY: &str = "in MATLAB save the vectors of each: t = x.Time; y = x.Data; save log.mat t y";
 
 /// A column and its numbers.
 type Column = (TableColumn, Vec<f64>);
 
-/// Vectors with their names, as they are found.
+/// Named vectors.
 #[derive(Debug)]
 pub(super) struct Variables {
     form: Form,
     vectors: Vec<Column>,
-    /// Times in s, each with the columns that it is the time of.
+    /// Times in s, each with its columns.
     series: Vec<(Vec<f64>, Vec<Column>)>,
-    /// Which series has these times, bit by bit.
+    /// Index of the series by its times, bitwise.
     by_time: HashMap<Vec<u64>, usize>,
     /// Names of the columns of series.
     names: HashSet<String>,
-    /// Variables of kinds that are not read, with what they are: the first, and how many there are.
+    /// Unsupported variables with their kind: the first ones, and their number.
     not_read: (Vec<String>, usize),
-    /// Objects are among them.
+    /// Whether objects are among them.
     has_objects: bool,
 }
 
@@ -55,7 +55,7 @@ impl Variables {
         self.names.contains(name)
     }
 
-    /// A matrix, its numbers column by column. A vector is a column, lying or standing; of a matrix the longer side is time.
+    /// A matrix in column-major order. A row or column vector is one column; the longer side of a matrix is time.
     pub fn push(&mut self, name: &str, rows: usize, columns: usize, numbers: &[f64]) {
         let length = rows.max(columns);
         let count = rows.min(columns);
@@ -98,7 +98,7 @@ impl Variables {
         self.vectors.push((TableColumn { name, unit }, numbers));
     }
 
-    /// Columns with their own time in s.
+    /// Columns with their time in s.
     pub fn push_series(&mut self, time_s: &[f64], mut columns: Vec<Column>) {
         for (column, _) in &mut columns {
             column.name = short(&column.name);
@@ -117,7 +117,7 @@ impl Variables {
         }
     }
 
-    /// An object that is not read: its class, and what keeps it from being read.
+    /// An unsupported object: its class, and the reason.
     pub fn object_not_read(&mut self, name: &str, class: &str) {
         self.has_objects = true;
         self.leave(name, &format!("an object of class {class}"));
@@ -131,7 +131,7 @@ impl Variables {
         }
     }
 
-    /// Objects that are not read, with the remedy; empty if all are.
+    /// Text about unsupported objects with the remedy; empty without any.
     fn said_not_read(&self) -> String {
         let (listed, count) = &self.not_read;
         let mut said = all_of(listed, *count);
@@ -142,10 +142,10 @@ impl Variables {
         said
     }
 
-    /// The series by their time; without any, the vectors of the length that most of them have.
+    /// The series by their time; without any, the vectors of the most frequent length.
     pub fn table(mut self) -> Result<Table, FormatError> {
         let not_read = self.said_not_read();
-        // A vector that is the time of a series says nothing more.
+        // A vector equal to the time of a series is redundant.
         let times = &self.by_time;
         self.vectors
             .retain(|(_, numbers)| times.is_empty() || !times.contains_key(&bits(numbers)));
@@ -193,7 +193,7 @@ impl Variables {
         Ok(table)
     }
 
-    /// The series beside their time, and the vectors of its length.
+    /// The series of one time, and the vectors of its length.
     fn of_one_time(&mut self) -> Table {
         let (time_s, columns) = self.series.remove(0);
         let (mut kept, rest): (Vec<_>, Vec<_>) = std::mem::take(&mut self.vectors)
@@ -212,7 +212,7 @@ impl Variables {
         table
     }
 
-    /// A row for every time at which a series has a value.
+    /// One row for every time with a value of a series.
     fn of_many_times(&mut self) -> Result<Table, FormatError> {
         let mut signals = Signals::new(self.form);
         for (time_s, columns) in std::mem::take(&mut self.series) {
@@ -243,7 +243,7 @@ fn seconds() -> TableColumn {
     }
 }
 
-/// Numbers bit by bit, to look for the same ones.
+/// Numbers by their bits, for comparison.
 fn bits(numbers: &[f64]) -> Vec<u64> {
     numbers.iter().map(|number| number.to_bits()).collect()
 }
@@ -252,7 +252,7 @@ fn short(name: &str) -> String {
     name.chars().take(MOST_NAME).collect()
 }
 
-/// The first columns with their lengths, and how many more there are.
+/// The first columns with their lengths, and the number of others.
 fn listed(columns: &[Column]) -> String {
     let first = columns.iter().take(MOST_LISTED);
     let names: Vec<String> = first

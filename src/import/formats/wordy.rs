@@ -1,7 +1,8 @@
-//! Tables whose cells hold more than a number: lists, `[0.1]` and `"(0.1, 0.2)"`, as pandas and bagpy write ROS messages; a number with its
-//! unit, `5.00 V`; hexadecimal, `0x1F`.
+//! Tables whose cells are more than a number: lists, `[0.1]` and `"(0.1, 0.2)"`, of ROS messages in pandas and bagpy;
+//! numbers with units, `5.00 V`; hexadecimal, `0x1F`.
 //!
-//! A list becomes columns `name[0]`; the unit of the first row is the column's. A cell with another is no number.
+//! A list becomes columns `name[0]`; the unit of the first row is the column's. A cell with another unit is no
+//! number.
 
 use super::super::cells::{Cells, Separator, decode, number};
 use super::super::stamp::stamp;
@@ -11,20 +12,19 @@ use super::json::Columns;
 use super::{Form, FormatError};
 
 const FORM: Form = Form::Wordy;
-/// Lines above the names.
+/// Most lines above the names.
 const BANNER_LINES: usize = 40;
-/// Rows alike that are a table.
+/// Consecutive equal rows that make a table.
 const ALIKE: usize = 3;
-/// Numbers of a list that are read: a wrench, a quaternion, the joints of a robot.
+/// Most numbers of a list: a wrench, a quaternion, the joints of a robot.
 const MOST_OF_A_LIST: usize = 64;
 
-/// Content of a cell.
 #[derive(Debug, Clone, PartialEq)]
 enum Held {
     Nothing,
     Number(f64),
     List(Vec<f64>),
-    /// A number and the unit behind it.
+    /// A number with its unit.
     Unit(f64, String),
     Hex(f64),
     Words,
@@ -63,7 +63,7 @@ impl Held {
         }
     }
 
-    /// Of the same kind; an empty cell is of any.
+    /// Whether both are of one kind; an empty cell is of any.
     fn is_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Nothing, _) | (_, Self::Nothing) => true,
@@ -78,7 +78,7 @@ impl Held {
     }
 }
 
-/// `0x1F`, of 32 bits two's complement.
+/// `0x1F`, in two's complement of 32 bits.
 fn hex(text: &str) -> Option<f64> {
     let digits = text.strip_prefix("0x").or(text.strip_prefix("0X"))?;
     let number = u64::from_str_radix(digits, 16).ok()?;
@@ -108,10 +108,10 @@ fn list(text: &str) -> Option<Vec<f64>> {
     numbers.filter(|numbers| is_list && !numbers.is_empty() && numbers.len() <= MOST_OF_A_LIST)
 }
 
-/// Names, and how the rows below them are taken apart.
+/// Names, and the format of the rows below.
 struct Layout {
     separator: Separator,
-    /// Lines down to the names.
+    /// Number of lines up to the names.
     lines: usize,
     names: Vec<String>,
     kinds: Vec<Held>,
@@ -162,7 +162,8 @@ fn layout(text: &str) -> Option<Layout> {
     })
 }
 
-/// Whether a text begins so. A column of words that change, such as directions, is kept by the reader of plain text only.
+/// Whether a text has this format. A column of changing words, such as directions, is supported by the reader of
+/// plain text only.
 pub(super) fn is_wordy(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let text = text.rsplit_once('\n').map_or("", |(lines, _)| lines);
@@ -182,7 +183,6 @@ pub(super) fn is_wordy(beginning: &[u8]) -> bool {
     rows.all(|row| Some(row) == first)
 }
 
-/// Reads it.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let layout = layout(&text).ok_or_else(|| FORM.nothing(""))?;

@@ -1,4 +1,4 @@
-//! Variables of a MATLAB workspace, from either form of MAT file: its values, and the columns that they become.
+//! Variables of a MATLAB workspace from both versions of MAT files: their values, and the resulting columns.
 
 use super::super::table::{Table, TableColumn};
 use super::mcos::{Objects, reference};
@@ -6,22 +6,22 @@ use super::series::{self, Series};
 use super::variables::Variables;
 use super::{Form, FormatError, MOST_VALUES};
 
-/// Elements of an array of structs or objects that become columns.
+/// Most elements of an array of structs or objects that become columns.
 const MOST_STRUCTS: usize = 64;
-/// Values within values: structs, a Dataset's storage, its signals and the buses in them.
+/// Deepest nesting of values: structs, a Dataset's storage, its signals and their buses.
 const MOST_DEPTH: usize = 32;
-/// Values that are looked at: a thousand signals with all their MATLAB properties.
+/// Most values visited: a thousand signals with all their MATLAB properties.
 const MOST_LOOKS: usize = 1 << 18;
 
 /// A value of the workspace.
 pub(super) enum Value {
-    /// Numbers with their sizes; the first index is the fastest.
+    /// Numbers with their sizes; the first index varies fastest.
     Numbers(Vec<usize>, Vec<f64>),
     Text(String),
     Cells(Vec<Value>),
     /// Fields with their value in every element.
     Structs(Vec<(String, Vec<Value>)>),
-    /// Class of objects and their identifiers; none where they are not known.
+    /// Class of objects and their identifiers; empty if unknown.
     Objects(String, Vec<u32>),
     Other,
 }
@@ -35,7 +35,7 @@ impl Value {
         }
     }
 
-    /// The one number that it is.
+    /// Its value, if it is a scalar.
     pub fn number(&self) -> Option<f64> {
         match self.numbers()?.1 {
             [number] => Some(*number),
@@ -43,7 +43,7 @@ impl Value {
         }
     }
 
-    /// Its text, if it is one and not empty.
+    /// Its text, if it is a non-empty one.
     pub fn text(&self) -> Option<&str> {
         match self {
             Self::Text(text) if !text.trim().is_empty() => Some(text.trim()),
@@ -51,7 +51,7 @@ impl Value {
         }
     }
 
-    /// Its cells; none of what has none.
+    /// Its cells; empty for other values.
     pub fn cells(&self) -> &[Value] {
         match self {
             Self::Cells(cells) => cells,
@@ -77,18 +77,16 @@ impl Value {
     }
 }
 
-/// A workspace under way.
 struct Workspace<'a> {
     form: Form,
     objects: Option<&'a Objects>,
     variables: Variables,
-    /// Numbers that may still come: objects may refer to the same ones again and again.
+    /// Numbers that may still be read: objects may refer to the same ones repeatedly.
     values: usize,
-    /// Values that may still be looked at.
+    /// Values that may still be visited.
     looks: usize,
 }
 
-/// The table of a workspace.
 pub(super) fn table(
     form: Form,
     values: Vec<(String, Value)>,
@@ -108,7 +106,7 @@ pub(super) fn table(
 }
 
 impl Workspace<'_> {
-    /// The vectors in a value, under the names by which MATLAB calls them.
+    /// The vectors in a value, with MATLAB's names for them.
     fn add(&mut self, name: &str, value: &Value, depth: usize) -> Result<(), FormatError> {
         let left = self.looks.checked_sub(1).filter(|_| depth <= MOST_DEPTH);
         self.looks = left.ok_or_else(|| self.form.broken("its values are nested without end"))?;

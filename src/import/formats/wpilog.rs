@@ -1,4 +1,5 @@
-//! WPILib's data log (WPILOG 1.0): a header, then records of an entry's number, a time in us and a value; entry 0 starts the others.
+//! WPILib's data log (WPILOG 1.0): a header, then records of an entry's number, a time in us and a value; entry 0
+//! defines the others.
 //!
 //! Format: "WPILib Data Log File Format Specification, Version 1.0", wpiutil/doc/datalog.adoc of wpilibsuite/allwpilib.
 
@@ -10,10 +11,10 @@ use super::signals::Signals;
 use super::{Form, FormatError};
 
 const FORM: Form = Form::WpiLog;
-/// Elements of an array that become signals of their own.
+/// Most elements of an array that become separate signals.
 const MOST_ELEMENTS: usize = 64;
 
-/// How an entry's values are written.
+/// Format of an entry's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Double,
@@ -23,7 +24,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// From the name of the type, and whether it is an array of them.
+    /// From the name of the type, and whether it is an array.
     fn of(name: &str) -> Option<(Self, bool)> {
         let (name, is_array) = match name.strip_suffix("[]") {
             Some(name) => (name, true),
@@ -55,7 +56,7 @@ struct Entry {
     unit: Option<String>,
     kind: Kind,
     is_array: bool,
-    /// Its signals, as far as they have come.
+    /// Its signals so far.
     signals: Vec<u16>,
 }
 
@@ -105,7 +106,7 @@ fn record<'a>(rest: &mut Bytes<'a>) -> Option<(u64, u64, Bytes<'a>)> {
     Some((entry, time_us, Bytes(payload)))
 }
 
-/// Contents of entry 0: an entry starts (0) or ends (1). Metadata that come later (2) change no value.
+/// Contents of entry 0: an entry starts (0) or ends (1). Later metadata (2) change no value.
 fn control(payload: &mut Bytes, entries: &mut HashMap<u64, Entry>) -> Option<()> {
     match payload.u8()? {
         0 => {

@@ -1,22 +1,23 @@
-//! A command that is never negative while the shaft turns both ways: PWM about half of full drive (locked antiphase), or a
-//! magnitude without its direction.
+//! Commands without a sign for a shaft that turns in both directions: PWM around half of full drive (locked
+//! antiphase), or a magnitude without its direction.
 
 use super::decide::{Decision, short};
 
-/// A row of at least this share of the largest rate turns.
+/// Least rate of a turning row as a share of the largest.
 const TURNS: f64 = 0.25;
-/// Of the turning rows at least this share goes either way.
+/// Least share of the turning rows in either direction.
 const EITHER_WAY: f64 = 0.1;
-/// So large a share of the rows of one way has the command on its side of half drive; after a step the shaft still runs on.
+/// Least share of the rows of one direction with the command on that side of half drive; after a step the shaft
+/// coasts.
 const ON_ITS_SIDE: f64 = 0.8;
-/// The shaft stands at a level that is half of full drive within this share of it.
+/// Tolerance of the standstill level around half of full drive.
 const NEAR_HALF: f64 = 0.02;
-/// Rows at rest that tell that level.
+/// Fewest rows at rest that determine that level.
 const LEAST_AT_REST: usize = 5;
 
 impl Decision<'_> {
-    /// The level of the command at which the shaft stands, where commands on either side of half drive turn it either way. Of a magnitude
-    /// without direction a note.
+    /// The level of the command at standstill, if commands on either side of half drive turn the shaft in the
+    /// corresponding direction. Adds a note for a magnitude without direction.
     pub(super) fn centre(&mut self, command: usize, motion: usize, full: f64) -> Option<f64> {
         let commands = self.column(command);
         if commands.lowest() < 0.0 {
@@ -65,7 +66,7 @@ impl Decision<'_> {
         })
     }
 
-    /// Whether a column has one value while the shaft turns both ways.
+    /// Whether a column has one value while the shaft turns in both directions.
     pub(super) fn is_constant_both_ways(&self, command: usize, motion: usize) -> bool {
         let column = self.column(command);
         let rates = self.rates(motion);
@@ -82,7 +83,7 @@ impl Decision<'_> {
             && on.min(back) > EITHER_WAY * (on + back)
     }
 
-    /// In words, and as the scale and offset of a mapping: full drive is as far from the centre as half of it.
+    /// As text, and as scale and offset of a mapping: full drive is as far from the centre as half of it.
     pub(super) fn about_centre(centre: f64) -> (f64, f64, String) {
         let words = format!("; {} is standstill, as the motion shows", short(centre));
         (2.0, -2.0 * centre, words)

@@ -1,4 +1,4 @@
-//! Where the command is, what it commands, and what is full drive.
+//! The command of a log: its column, its kind, and its full drive.
 
 use super::super::cells::value_after;
 use super::super::map_command::CommandSection;
@@ -11,33 +11,33 @@ use super::sum::Sum;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
-/// Numbers that are full drive: timers of 8, 10, 12 and 16 bits.
+/// Numbers of full drive: timers of 8, 10, 12 and 16 bits.
 pub(super) const FULL_DRIVES: [f64; 4] = [255.0, 1023.0, 4095.0, 65_535.0];
-/// Up to here a number may be per cent as well as a share of 255.
+/// Up to this number a command may be in percent as well as relative to 255.
 pub(super) const PERCENT: f64 = 100.0;
-/// A voltage of motors in V is less, in mV more than ten times this.
+/// Largest voltage of motors in V; in mV it is more than ten times this.
 pub(super) const MOST_VOLTS: f64 = 100.0;
-/// A rest before the motion that is shorter than this share of the log is the motor's own dead time.
+/// Largest initial rest relative to the log that may be the motor's dead time.
 const SHORT_REST: f64 = 0.1;
-/// Words of comment lines that may stand before a command.
+/// Words before a command in comment lines.
 const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
 
 /// Names of a voltage.
 const VOLTAGES: &[&str] = &["voltage", "spannung", "voltaje", "uq", "vq"];
 
-/// Placeholder of `--command-limit`.
+/// Message for `--command-limit` without a sum.
 pub(super) const LIMIT_OF_A_SUM: &str = "--command-limit is given, and --command is no sum of columns\nhint: leave --command-limit out, or give a sum such as --command 2*goal-2*position:V";
 
 /// The command's column, and its unit.
 struct Found {
     section: CommandSection,
     unit: &'static str,
-    /// The largest number.
+    /// The largest magnitude.
     most: f64,
     full: Option<f64>,
     column: Option<usize>,
     words: String,
-    /// Of every row, where no single column has it.
+    /// Command of every row, if it is not in a single column.
     of_rows: Option<Vec<f64>>,
 }
 
@@ -107,7 +107,7 @@ impl Decision<'_> {
             "share" => Some(1.0),
             _ => None,
         };
-        // Of pulses the width at standstill.
+        // For pulses the width at standstill.
         let mut centre =
             (section.offset.zip(section.scale)).map_or(0.0, |(offset, scale)| -offset / scale);
         if let (Some(command), Some(motion), Some(full)) = (column, motion, full)
@@ -143,7 +143,7 @@ impl Decision<'_> {
         Ok(())
     }
 
-    /// The command as it is said, else the one column that is named so, else what comment lines say.
+    /// The given command, else the only column with such a name, else that of comment lines.
     fn find_command(&mut self, motion: Option<usize>) -> Result<Option<Found>, Unclear> {
         let said = self.said;
         if let Some(text) = &said.command {
@@ -198,7 +198,7 @@ impl Decision<'_> {
         let supply = (candidates.iter().copied())
             .find(|&at| motion.is_some_and(|motion| self.is_constant_both_ways(at, motion)));
         candidates.retain(|at| Some(*at) != supply);
-        // A motor is not driven by what never changes, where something else does.
+        // A constant column is not the command if another one varies.
         let pulses = (0..self.survey.columns.len()).find(|&at| self.is_pulses(at));
         if candidates.len() > 1 || pulses.is_some() {
             candidates.retain(|&at| self.column(at).lowest() != self.column(at).highest());
@@ -264,7 +264,7 @@ impl Decision<'_> {
         Ok(None)
     }
 
-    /// The sum of columns that is said.
+    /// The given sum of columns.
     fn sum(&mut self, sum: &Sum) -> Result<Found, Unclear> {
         let limit = self.said.command_limit;
         let mut total = vec![0.0; self.survey.rows];
@@ -273,7 +273,7 @@ impl Decision<'_> {
             for (sum, number) in total.iter_mut().zip(&self.column(at).numbers) {
                 *sum += factor * number;
             }
-            // A position may be a term, and is one all the same.
+            // A position may be a term, and remains a position.
             if !self.used.contains(&at) {
                 self.used.push(at);
             }
@@ -422,7 +422,8 @@ impl Decision<'_> {
         (proposed, commands)
     }
 
-    /// Time of the last row before the motion begins, from the first row in s; 0 where the log begins with the step.
+    /// Time of the last row before the motion begins, relative to the first row in s; 0 if the log begins with the
+    /// step.
     fn onset_s(&self, motion: usize) -> Option<f64> {
         let numbers = &self.column(motion).numbers;
         let first = numbers.iter().find(|number| number.is_finite())?;

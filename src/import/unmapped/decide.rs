@@ -1,7 +1,7 @@
-//! From a log and the given facts to a mapping, or to the missing facts.
+//! Decides the mapping of a log from its columns and the given facts, or the missing facts.
 //!
-//! A quantity is where its flag says; else in the one column whose name says so. A unit is what the flag says; else what the name
-//! says; else what the numbers leave no choice about. Everything else is asked for.
+//! A quantity is in the column given by its flag; else in the only column with such a name. A unit is that of the
+//! flag; else of the name; else the only one consistent with the numbers. Everything else is requested.
 
 use super::super::map::ColumnRef;
 use super::super::map_file::{Empty, FieldSection, MapFile};
@@ -14,10 +14,10 @@ use super::turns::is_sensor;
 use super::unclear::{Missing, Unclear};
 use super::units::Role;
 
-/// Most columns that a message names.
+/// Most columns in a message.
 pub(super) const MOST_NAMED: usize = 30;
 
-/// One thing as it was understood.
+/// One decision.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Understood {
     /// time, command, position, speed, supply, current, counts_per_rev, rows or unused.
@@ -26,32 +26,32 @@ pub struct Understood {
     pub column: Option<String>,
     /// Its unit.
     pub unit: Option<String>,
-    /// In words, with what the numbers show.
+    /// Text, with the evidence in the numbers.
     pub words: String,
 }
 
-/// A decision under way.
+/// State of the decisions.
 pub(super) struct Decision<'a> {
     pub survey: &'a Survey,
     pub said: &'a Said,
-    /// Of the log, without its folder.
+    /// Name of the log, without its folder.
     pub file_name: &'a str,
     pub says: Vec<NameSays>,
     pub map: MapFile,
     pub understood: Vec<Understood>,
     pub notes: Vec<String>,
     pub missing: Vec<Missing>,
-    /// The flags of the finished command line.
+    /// The flags of the proposed command line.
     pub line: Vec<(&'static str, String)>,
     /// Columns in use.
     pub used: Vec<usize>,
-    /// The column of the command's direction, and the level of it that is backwards.
+    /// The column of the command's direction, and its level for backwards.
     pub reverse: Option<(usize, usize)>,
-    /// The command of every row with its sign, in any unit, where it is known.
+    /// The signed command of every row in any unit, if known.
     pub commands: Option<Vec<f64>>,
-    /// The speed comes in steps of counts, or a rule for it is said.
+    /// The speed has steps of counts, or its integration rule is given.
     pub is_difference: bool,
-    /// Time of every row in s, where it is known; NaN in rows without one.
+    /// Time of every row in s, if known; NaN in rows without one.
     pub times_s: Option<Vec<f64>>,
 }
 
@@ -123,7 +123,7 @@ impl<'a> Decision<'a> {
         &self.survey.columns[at]
     }
 
-    /// A column for people: its name, or its number.
+    /// A column for messages: its name, or its number.
     pub fn name(&self, at: usize) -> String {
         match &self.column(at).name {
             Some(name) => format!("`{name}`"),
@@ -131,7 +131,7 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// As the mapping asks for it.
+    /// Reference of a column in the mapping.
     pub fn column_ref(&self, at: usize) -> ColumnRef {
         match &self.column(at).name {
             Some(name) if self.column(at).is_by_name => ColumnRef::Name(name.clone()),
@@ -139,7 +139,7 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// As a flag names it: by its number where its name is no name.
+    /// A column in a flag: by its number if its name is not usable.
     pub fn flag_name(&self, at: usize) -> String {
         match self.column_ref(at) {
             ColumnRef::Name(name) => name,
@@ -171,7 +171,7 @@ impl<'a> Decision<'a> {
         names.join(", ") + &more
     }
 
-    /// The column that a flag names, and its unit.
+    /// The column of a flag, and its unit.
     pub fn said_column(
         &self,
         flag: &'static str,
@@ -210,7 +210,7 @@ impl<'a> Decision<'a> {
             .or_else(|| number().map(|n| n - 1))
     }
 
-    /// Columns of numbers whose names say this.
+    /// Numeric columns with names of this quantity.
     pub fn candidates(&self, role: Role) -> Vec<usize> {
         (0..self.survey.columns.len())
             .filter(|&at| self.says[at].role == Some(role) && self.column(at).is_numeric())
@@ -218,7 +218,7 @@ impl<'a> Decision<'a> {
             .collect()
     }
 
-    /// Of several columns those that share a word with what is in use and the others lack: `left_duty` with `left_rpm`.
+    /// Candidates that share a word with the columns in use, unlike the others: `left_duty` with `left_rpm`.
     pub fn beside_used(&self, candidates: Vec<usize>) -> Vec<usize> {
         if candidates.len() < 2 {
             return candidates;
@@ -261,7 +261,7 @@ impl<'a> Decision<'a> {
         self.used.extend(at);
     }
 
-    /// Facts are missing: the flag, an example of its value for the finished line, and why.
+    /// Adds a missing fact: the flag, an example of its value for the command line, and the reason.
     pub fn ask(&mut self, flag: &'static str, value: String, why: String) {
         self.missing.push(Missing {
             flag: format!("{flag} {value}").trim().to_owned(),
@@ -273,7 +273,8 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Goes on with what a question proposes, so that all questions come at once; it is not understood thereby.
+    /// Continues with the proposal of a question, so that all questions are asked at once, without recording it as
+    /// decided.
     pub fn tentatively<T>(&mut self, go_on: impl FnOnce(&mut Self) -> T) -> T {
         let (understood, notes) = (self.understood.len(), self.notes.len());
         let found = go_on(self);
@@ -316,7 +317,7 @@ impl<'a> Decision<'a> {
         Ok(())
     }
 
-    /// Rows without values, decimation, and what is left.
+    /// Rows without values, decimation, and unused columns.
     fn rows(&mut self) {
         let holes: Vec<usize> = (self.used.iter().copied())
             .filter(|&at| self.column(at).empty > 0)
@@ -368,12 +369,12 @@ impl<'a> Decision<'a> {
     }
 }
 
-/// A number as people read it.
+/// A number for messages.
 pub(super) fn short(number: f64) -> String {
     if number == 0.0 || !number.is_finite() {
         return number.to_string();
     }
-    // Six digits, and none that are 0 at the end.
+    // Six digits without trailing zeros.
     let digits = 5 - number.abs().log10().floor() as i32;
     let factor = 10_f64.powi(digits);
     let rounded = (number * factor).round() / factor;

@@ -1,4 +1,4 @@
-//! A column of directions beside a command without a sign: which of its numbers or words is backwards.
+//! A column of directions for a command without a sign: its number or word for backwards.
 
 use super::super::map::Backwards;
 use super::column::Column;
@@ -7,13 +7,13 @@ use super::marks::Marks;
 use super::said::number_and_rest;
 use super::unclear::Unclear;
 
-/// Words for a column of directions.
+/// Words of a column of directions.
 pub(super) const DIRECTIONS: [&str; 4] = ["dir", "direction", "richtung", "sign"];
-/// Numbers or words that such a column has at most: backwards, standstill, forwards.
+/// Most different values of such a column: backwards, standstill, forwards.
 const MOST_LEVELS: usize = 3;
 
 impl Decision<'_> {
-    /// The column of directions, its level that is backwards and what stands there, where the command has no sign of its own.
+    /// The column of directions, its level for backwards and the value there, if the command has no sign.
     pub(super) fn direction(
         &mut self,
         command: usize,
@@ -39,7 +39,7 @@ impl Decision<'_> {
         if !(2..=MOST_LEVELS).contains(&count) {
             return Ok(None);
         }
-        // Of three numbers the middle one is standstill.
+        // The middle one of three numbers is standstill.
         let by_words = marks.pair();
         let is_numbers = self.column(at).is_numeric();
         let (forwards, backwards) = by_words.unwrap_or((count - 1, 0));
@@ -74,7 +74,7 @@ impl Decision<'_> {
         Ok(Some((at, Some(level), reverse)))
     }
 
-    /// `dir`, `dir:0` or `dir:CCW`: what is backwards.
+    /// `dir`, `dir:0` or `dir:CCW`: the value for backwards.
     fn said_direction(&self, text: &str) -> Result<(usize, Option<Backwards>), Unclear> {
         let (name, reverse) = match text.rsplit_once(':') {
             Some((name, reverse)) if self.find(text).is_none() => (name, Some(backwards(reverse))),
@@ -115,7 +115,8 @@ impl Decision<'_> {
         found.next().filter(|_| found.next().is_none())
     }
 
-    /// Rows at this level in which the motion goes back, and on; none where it never goes back, since it has no sign then.
+    /// Rows at this level with backward and with forward motion; none if there is no backward motion, since it then
+    /// has no sign.
     fn turned_at(&self, marks: &Marks, level: usize, motion: usize) -> (usize, usize) {
         let rates = self.rates(motion);
         if rates.iter().all(|rate| *rate >= 0.0 || rate.is_nan()) {
@@ -127,7 +128,7 @@ impl Decision<'_> {
         (back, on)
     }
 
-    /// Motion in each row: the speed, or what the position has gone on by.
+    /// Motion in each row: the speed, or the change of the position.
     pub(super) fn rates(&self, motion: usize) -> Vec<f64> {
         let column = self.column(motion);
         let is_position = self.map.speed.is_none()
@@ -147,7 +148,6 @@ fn differences(column: &Column) -> impl Iterator<Item = f64> + '_ {
     column.numbers.windows(2).map(|pair| pair[1] - pair[0])
 }
 
-/// A number, or else a word.
 pub(super) fn backwards(text: &str) -> Backwards {
     match number_and_rest(text) {
         Some((number, "")) => Backwards::Number(number),

@@ -1,4 +1,4 @@
-//! Reference of a command that is a share, and whether the encoder has a direction.
+//! Reference of a command that is a share, and direction of the encoder.
 
 use super::super::map_file::FieldSection;
 use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
@@ -8,13 +8,13 @@ use super::said::{expected, number_and_rest};
 use super::unclear::Unclear;
 use super::units::Role;
 
-/// Rows in which a motor is driven backwards and counted forwards that are no accident.
+/// Least number of rows with backward drive and forward counts that is significant.
 const BACKWARDS: usize = 5;
-/// A motor that is braked loses more than 2 % of its speed from the first half of a braking to its last quarter.
+/// A braked motor loses more than 2 % of its speed from the first half of a braking to its last quarter.
 const SLOWED: f64 = 0.98;
 
 impl Decision<'_> {
-    /// The number that is full drive, and how that is known.
+    /// The number of full drive, and its source.
     pub(super) fn full_drive(&self, most: f64, named: Option<f64>) -> Option<(f64, &'static str)> {
         if let Some(full) = self.said.pwm_full.or(named) {
             return Some((full, ""));
@@ -29,9 +29,9 @@ impl Decision<'_> {
         ))
     }
 
-    /// The supply that a share is of: in words, or asked for.
+    /// The supply of a share: as text, or requested.
     pub(super) fn supply(&mut self) -> Result<Option<String>, Unclear> {
-        // A bare number is volts, whatever the number of the columns; a column's number has a unit behind it.
+        // A bare number is in volts, not a column number; a column number has a unit.
         if let Some(text) = &self.said.supply
             && let Some((volts, "" | "V" | "v")) = number_and_rest(text)
         {
@@ -79,7 +79,7 @@ impl Decision<'_> {
         )))
     }
 
-    /// Takes a column as the measured supply; V in one of its units, where that is known.
+    /// Uses a column as the measured supply; returns its volts per unit, if known.
     fn measured_supply(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<f64> {
         let column = self.column(at);
         let by_numbers = || match column.most() {
@@ -98,7 +98,7 @@ impl Decision<'_> {
         Some(if unit == "mV" { 1e-3 } else { 1.0 })
     }
 
-    /// Whether the encoder knows a direction.
+    /// Determines whether the encoder has a direction.
     pub(super) fn sign(&mut self, command: usize, motion: usize) {
         match self.said.unsigned {
             Some(unsigned) => {
@@ -129,8 +129,8 @@ impl Decision<'_> {
         }
     }
 
-    /// Whether the motion lacks a sign: it turns on, and does not only slow down, under a command against it. A motor that is braked
-    /// comes to rest; an encoder of one channel goes on counting up.
+    /// Whether the motion lacks a sign: it continues, without just slowing down, under an opposing command. A braked
+    /// motor comes to rest; an encoder with one channel keeps counting up.
     fn is_without_sign(&self, command: usize, motion: usize) -> bool {
         let commands = self.signed(command);
         let rates = self.rates(motion);
@@ -152,7 +152,7 @@ impl Decision<'_> {
             .any(turns_on)
     }
 
-    /// The command's numbers, with the sign that a column of directions gives them.
+    /// The command's numbers, with the sign of a column of directions.
     pub(super) fn signed(&self, command: usize) -> Vec<f64> {
         let numbers = &self.column(command).numbers;
         let Some((at, reverse)) = self.reverse else {

@@ -1,9 +1,10 @@
-//! A constant command that only the name of the log says: `step_12V.csv`, `motor 9,5 V run2.txt`, `pwm120.csv`.
+//! A constant command in the name of the log: `step_12V.csv`, `motor 9,5 V run2.txt`, `pwm120.csv`.
 
 use super::command::PERCENT;
 use super::decide::short;
 
-/// The commands that a file's name says, each once, as `--command` takes them before the `@`. `1_5V` says two: 5 V, and 1.5 V.
+/// The commands in a file's name, without repetitions, in the format of `--command` before the `@`. `1_5V` has two: 5
+/// V, and 1.5 V.
 pub(super) fn commands_of(file_name: &str) -> Vec<String> {
     let name = file_name.strip_suffix(".gz").unwrap_or(file_name);
     let stem = match name.rsplit_once('.') {
@@ -41,7 +42,7 @@ pub(super) fn commands_of(file_name: &str) -> Vec<String> {
     found
 }
 
-/// Where the digits from here on end, with a point or comma between them.
+/// End of the digits from here on, with a point or comma between them.
 fn end_of_number(text: &str, from: usize) -> usize {
     let digits = |from: usize| {
         let rest = &text[from..];
@@ -56,7 +57,7 @@ fn end_of_number(text: &str, from: usize) -> usize {
     }
 }
 
-/// The number, below 0 where a minus stands before it that joins nothing.
+/// The number, negative after a minus sign that is not a hyphen.
 fn number(text: &str, from: usize, end: usize) -> Option<f64> {
     let number: f64 = text[from..end].replace(',', ".").parse().ok()?;
     let is_below = text[..from]
@@ -65,7 +66,7 @@ fn number(text: &str, from: usize, end: usize) -> Option<f64> {
     Some(if is_below { -number } else { number })
 }
 
-/// The letters after a number, perhaps behind a blank; none where a digit follows them, as in `3V3`.
+/// The letters after a number, possibly after a blank; empty if a digit follows them, as in `3V3`.
 fn unit_after(text: &str) -> String {
     let text = text.strip_prefix(' ').unwrap_or(text);
     let end = text
@@ -77,7 +78,7 @@ fn unit_after(text: &str) -> String {
     }
 }
 
-/// The letters before a number, perhaps with a character between.
+/// The letters before a number, possibly with a character between.
 fn word_before(text: &str) -> String {
     let text = text.strip_suffix(['_', ' ', '-', '=']).unwrap_or(text);
     let word = text.rsplit(|c: char| !c.is_alphabetic()).next();

@@ -1,16 +1,17 @@
-//! Counts since the row before under the name of a position: they follow the command as a speed does.
+//! Counts since the previous row under the name of a position: they follow the command as a speed does.
 
 use super::decide::Decision;
 use super::units::Role;
 use crate::units::ROUNDING_VARIANCE;
 
-/// Parts of a log whose means are held against each other: long against a motor's start, and many.
+/// Parts of a log whose means are compared: long relative to a motor's start, and many.
 const PARTS: usize = 20;
-/// A correlation with the command that only what follows it has; a position that rises under one step has at most 0.78.
+/// Least correlation with the command of a quantity that follows it; a position that rises during one step has at
+/// most 0.78.
 const FOLLOWS: f64 = 0.8;
 
 impl Decision<'_> {
-    /// Whether the numbers of a column follow the command, and not their differences, as those of a position do.
+    /// Whether the numbers of a column follow the command, unlike those of a position, whose differences do.
     pub(super) fn follows_command(&self, at: usize) -> bool {
         let said = (self.said.command.as_deref())
             .and_then(|text| self.said_column("--command", Role::Command, text).ok())
@@ -20,7 +21,7 @@ impl Decision<'_> {
             return false;
         };
         let (numbers, commands) = (&self.column(at).numbers, &self.column(command).numbers);
-        // A command without a sign has a direction elsewhere, and an encoder of one channel has none.
+        // A command without a sign has a separate direction, and an encoder with one channel has none.
         let has_sign = self.column(command).lowest() < 0.0 && self.column(at).lowest() < 0.0;
         let sized = |number: f64| if has_sign { number } else { number.abs() };
         let rows: Vec<(f64, f64)> = (numbers.iter().zip(commands))
@@ -39,19 +40,20 @@ impl Decision<'_> {
             gains.push(sized(part[length - 1].0 - part[0].0));
             driven.push(mean(&|(_, command)| sized(*command)));
         }
-        // Rounding at either end of a part hides some of what a gain has to do with the command (Spearman, 1904: attenuation).
+        // Quantization at either end of a part attenuates the correlation of a gain with the command (Spearman,
+        // 1904).
         let own = variance(&gains) - 2.0 * ROUNDING_VARIANCE;
         let hidden = if own > 0.0 {
             (variance(&gains) / own).sqrt()
         } else {
             1.0
         };
-        // Under a controller of position the command falls where the position rises.
+        // Under position control the command falls where the position rises.
         let follows = correlation(&means, &driven);
         follows > FOLLOWS && follows > hidden * correlation(&gains, &driven).abs()
     }
 
-    /// Says so: what is no position is summed up.
+    /// Adds a note that the column is summed.
     pub(super) fn doubt_position(&mut self, at: usize) {
         let name = self.name(at);
         let what = format!("{name} follows the command as counts since the row before do");

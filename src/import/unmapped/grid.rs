@@ -1,21 +1,22 @@
-//! Numbers that come in steps: the step of a speed is one count in a sample time, that of an angle one count.
+//! Numbers on a grid: the step of a speed is one count in a sample time, that of an angle one count.
 //!
-//! The step is found as the largest that puts all numbers on its multiples, within the rounding of their digits. It is believed
-//! where chance would not do that: numbers that lie anywhere are within `tolerance` of a multiple of `step` with the probability
-//! `2 tolerance / step` each.
+//! The step is the largest one of which all numbers are multiples, within the rounding of their digits. It is
+//! accepted if that is improbable at random: uniformly distributed numbers are within `tolerance` of a multiple of
+//! `step` with the probability `2 tolerance / step` each.
 
-/// Probability with which numbers without steps may seem to have some.
+/// Largest probability of a grid at random.
 const BY_CHANCE: f64 = 1e-6;
-/// Share of the numbers that may lie off: a disturbed sample in a thousand.
+/// Largest share of numbers off the grid: one disturbed sample in a thousand.
 const OFF: f64 = 1e-3;
-/// A step is looked for among so many of the smallest distances between neighbours.
+/// Smallest distances between neighbours that are tried as steps.
 const DISTANCES: usize = 6;
-/// Levels that differ by the last digit are taken as one, so any numbers have steps of two digits (4 roundings); a step beyond is told.
+/// Levels that differ by the last digit are merged, so that any numbers have steps of two digits (4 roundings); a
+/// step above this is significant.
 const TOLD: f64 = 4.5;
-/// The smallest distance may be a multiple of the step up to this.
+/// Largest multiple of the step that the smallest distance may be.
 const MULTIPLES: u32 = 4;
 
-/// The step that these numbers come in, if they do. `rounding` is half the last digit that is printed.
+/// The step of these numbers, if they have one. `rounding` is half the last printed digit.
 pub(super) fn step_of(numbers: &[f64], rounding: f64) -> Option<f64> {
     let mut levels: Vec<f64> = (numbers.iter().filter(|x| x.is_finite()))
         .map(|x| x.abs())
@@ -44,16 +45,15 @@ pub(super) fn step_of(numbers: &[f64], rounding: f64) -> Option<f64> {
         .max_by(f64::total_cmp)
 }
 
-/// Whether each of these numbers is a multiple of the step.
 fn all_on(numbers: &[f64], step: f64) -> bool {
     let is_on = |x: &f64| (x - (x / step).round() * step).abs() <= tolerance(*x, 0.0);
     numbers.iter().filter(|x| x.is_finite()).all(is_on)
 }
 
-/// The step made exact over all levels, if they lie on its multiples.
+/// The step refined over all levels, if they are its multiples.
 fn on_grid(levels: &[f64], step: f64, rounding: f64) -> Option<f64> {
     let (mut step, mut products, mut squares, mut off) = (step, 0.0, 0.0, 0);
-    // From the smallest up: each level makes the step exact enough for the next.
+    // Ascending: each level refines the step enough for the next.
     for &level in levels {
         let multiple = (level / step).round();
         if (level - multiple * step).abs() > 0.25 * step {
@@ -66,7 +66,7 @@ fn on_grid(levels: &[f64], step: f64, rounding: f64) -> Option<f64> {
             step = products / squares;
         }
     }
-    // How far the step itself is off by the rounding of the levels that gave it.
+    // Error of the step due to the rounding of the levels that determined it.
     let step_off = 2.0 * rounding / squares.sqrt().max(1.0);
     let within = |level: f64| {
         let multiple = (level / step).round();
@@ -84,7 +84,7 @@ fn on_grid(levels: &[f64], step: f64, rounding: f64) -> Option<f64> {
     (chance < BY_CHANCE.ln()).then_some(step)
 }
 
-/// Half the last digit and the rounding of a 32 bit float, of which sketches compute.
+/// Half the last digit plus the rounding of a 32-bit float, which sketches use.
 fn tolerance(level: f64, rounding: f64) -> f64 {
     1.02 * rounding + 2.0 * f64::from(f32::EPSILON) * level.abs()
 }
@@ -124,7 +124,7 @@ mod tests {
             .map(|k| 300.0 * (1.0 - (-0.01 * f64::from(k)).exp()))
             .collect();
         assert_eq!(step_of(&filtered, 0.005), None);
-        // Rounded to whole numbers, steps of 5/3 are not to be told from the rounding.
+        // Rounded to integers, steps of 5/3 are not distinguishable from the rounding.
         let rounded: Vec<f64> = (0..100)
             .map(|k| (f64::from(k) * 5.0 / 3.0).round())
             .collect();

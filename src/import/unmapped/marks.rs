@@ -1,9 +1,9 @@
-//! Meaning of a direction column: a few numbers, or a few words such as CW and CCW.
+//! Values of a direction column: a few numbers, or a few words such as CW and CCW.
 
 use super::super::map::Backwards;
 use super::column::Column;
 
-/// Words for forwards and backwards that go together, in small letters.
+/// Pairs of words for forwards and backwards, in lower case.
 const PAIRS: [(&str, &str); 9] = [
     ("cw", "ccw"),
     ("f", "r"),
@@ -16,12 +16,12 @@ const PAIRS: [(&str, &str); 9] = [
     ("+", "-"),
 ];
 
-/// The levels of a column of directions.
+/// The different values of a direction column.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Marks {
-    /// The level of each row, from 0 in the order of `levels`; none where it has none.
+    /// The index in `levels` for each row; `None` for rows without one.
     pub rows: Vec<Option<usize>>,
-    /// The different numbers, least first, or the different words.
+    /// The different numbers, ascending, or the different words.
     pub levels: Vec<Backwards>,
 }
 
@@ -43,12 +43,12 @@ impl Marks {
         }
     }
 
-    /// The level of this number or word.
+    /// Index of this number or word.
     pub fn find(&self, said: &Backwards) -> Option<usize> {
         self.levels.iter().position(|level| level == said)
     }
 
-    /// The levels that are forwards and backwards by their words.
+    /// The indices of forwards and backwards by their words.
     pub fn pair(&self) -> Option<(usize, usize)> {
         let find = |wanted: &str| {
             let is_it = |level: &Backwards| matches!(level, Backwards::Word(word) if word.to_lowercase() == wanted);

@@ -1,4 +1,4 @@
-//! Flags beside a mapping file: each takes the place of what the file says.
+//! Flags together with a mapping file: each replaces an entry of the file.
 
 use super::super::map_command::CommandSection;
 use super::super::map_file::{FieldSection, MapFile, PositionSection, SpeedSection, TimeSection};
@@ -10,10 +10,9 @@ use super::sum::Sum;
 use super::units::Role;
 use super::{NO_SPEED, Ready, Unclear};
 
-/// The mapping of a mapping file's text, with what is said in place of what it says; and the text of that.
-///
+/// The mapping of a mapping file's text with the given replacements; and its text.
 /// # Errors
-/// A flag cannot be read, or the whole is no mapping.
+/// A flag is invalid, or the result is no valid mapping.
 pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
     let mut map = MapFile::parse(text)?;
     if let Some(text) = &said.time {
@@ -131,7 +130,7 @@ fn command(text: &str, said: &Said) -> Result<CommandSection, Unclear> {
     })
 }
 
-/// A column and its unit: said, or in its name.
+/// A column and its unit, given or in its name.
 fn column(
     flag: &'static str,
     role: Role,

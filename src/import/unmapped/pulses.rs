@@ -1,12 +1,12 @@
-//! Servo pulses: a command as the width of a pulse in µs, about 1500 both ways or from 1000 on one way.
+//! Servo pulses: a command as the width of a pulse in µs, around 1500 for two directions or from 1000 on for one.
 
 use super::decide::{Decision, short};
 
-/// Widths of pulses in µs that receivers and speed controllers take: 1000 to 2000, and a tenth of that beyond.
+/// Range of pulse widths in µs of receivers and speed controllers: 1000 to 2000 with a margin.
 const WIDTHS_US: (f64, f64) = (800.0, 2200.0);
-/// A command changes by more than this in µs: a tenth of its range.
+/// Least range of a command in µs: a tenth of the full range.
 const LEAST_RANGE_US: f64 = 100.0;
-/// Below this width in µs a pulse about 1500 would be far backwards: the usual dead band is 1475 to 1525.
+/// Below this width in µs a pulse around 1500 would be far backwards: the usual dead band is 1475 to 1525.
 const BACKWARDS_US: f64 = 1400.0;
 /// Words of such columns.
 const WORDS: [&str; 8] = [
@@ -30,7 +30,7 @@ pub(super) fn pulse(unit: &str) -> Option<(f64, f64)> {
 }
 
 impl Decision<'_> {
-    /// Whether a column holds pulses, by name and numbers.
+    /// Whether a column contains pulses, by name and numbers.
     pub(super) fn is_pulses(&self, at: usize) -> bool {
         let column = self.column(at);
         let (lowest, highest) = (column.lowest(), column.highest());
@@ -44,10 +44,10 @@ impl Decision<'_> {
             && highest - lowest >= LEAST_RANGE_US
     }
 
-    /// Asks which pulses a column holds; the unit that is proposed.
+    /// Requests the kind of pulses in a column; returns the proposed unit.
     pub(super) fn ask_pulses(&mut self, at: usize) -> &'static str {
         let (lowest, highest) = (self.column(at).lowest(), self.column(at).highest());
-        // One way the lowest is standstill; both ways it is far below the middle.
+        // For one direction the lowest is standstill; for two it is far below the middle.
         let unit = match lowest < 1000.0 || (lowest > 1000.0 && lowest < BACKWARDS_US) {
             true => "servo",
             false => "esc",

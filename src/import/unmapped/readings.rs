@@ -1,14 +1,14 @@
-//! Values of a column as readings of a clock.
+//! Classification of a column's values as readings of a clock.
 
-/// Share of rows that may repeat a reading by accident; beyond it several rows share one.
+/// Share of rows that may repeat a reading by accident; above it several rows share one.
 const REPEATS: f64 = 0.02;
-/// Of the rises of a clock at most this share are falls: a board that begins anew, and blocks.
+/// Largest ratio of decreases to increases of a clock: restarts and blocks.
 const FALLS: f64 = 0.25;
-/// A time since the row before lies within this factor of its median...
+/// A time since the previous row is within this factor of its median...
 const SPREAD: f64 = 3.0;
 /// ...in this share of the rows: the others are pauses.
 const USUAL: f64 = 0.9;
-/// Steps of a coarse clock are its median within this share...
+/// Steps of a coarse clock agree with the median within this share...
 const EVEN: f64 = 0.25;
 /// ...in this share of them.
 const EVEN_SHARE: f64 = 0.8;
@@ -16,18 +16,18 @@ const EVEN_SHARE: f64 = 0.8;
 /// The readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Readings {
-    /// They rise from row to row.
+    /// Increasing from row to row.
     Rising,
-    /// They rise, and several rows share each.
+    /// Increasing, shared by several rows each.
     Coarse {
-        /// From one to the next.
+        /// Step between readings.
         resolution: f64,
-        /// Rows that share one, on average.
+        /// Mean number of rows per reading.
         rows: f64,
-        /// The steps are alike. Those of a host's stamps are not, where rows arrive in bunches.
+        /// The steps are equal, unlike those of a host's stamps for rows in bursts.
         is_even: bool,
     },
-    /// They stay near one value above 0, as the time since the row before does.
+    /// Near one positive value, as the time since the previous row.
     NearOne,
     /// None of these.
     Other,
@@ -54,7 +54,7 @@ impl Readings {
         }
     }
 
-    /// Whether they go on as a clock's do.
+    /// Whether they continue as a clock's.
     pub fn go_on(&self) -> bool {
         matches!(self, Self::Rising | Self::Coarse { .. })
     }
@@ -66,7 +66,7 @@ fn median(mut numbers: Vec<f64>) -> Option<f64> {
 }
 
 fn is_near_one(numbers: &[f64]) -> bool {
-    // The first row has no row before it.
+    // The first row has no previous row.
     let numbers = numbers.get(1..).unwrap_or_default();
     let Some(middle) = median(numbers.to_vec()) else {
         return false;
@@ -77,7 +77,7 @@ fn is_near_one(numbers: &[f64]) -> bool {
     is_positive && usual as f64 >= USUAL * numbers.len() as f64
 }
 
-/// Readings that several rows share, from the rows in which they rise.
+/// Readings shared by several rows, from the rows in which they increase.
 fn coarse(numbers: &[f64]) -> Option<Readings> {
     let rises: Vec<usize> = (1..numbers.len())
         .filter(|&row| numbers[row] > numbers[row - 1])
@@ -120,7 +120,7 @@ mod tests {
             panic!("coarse");
         };
         assert!(is_even && (rows - 1.5).abs() < 0.02, "{rows}");
-        // Bunches of rows, as a host receives them.
+        // Bursts of rows, as a host receives them.
         let bunched = of(|k| (k / 4 * 4 + 7 * (k / 8)) as f64);
         assert!(matches!(bunched, Readings::Coarse { is_even: false, .. }));
         assert_eq!(of(|k| 10_000.0 + (k * 7 % 11) as f64), Readings::NearOne);

@@ -4,49 +4,49 @@ use super::super::map::{ColumnRef, Integration};
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
-/// The flags of `motorlab import`, as they were written.
+/// The flags of `motorlab import`, as given.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Said {
-    /// `COL:UNIT`, or `10ms`: time from row to row.
+    /// `COL:UNIT`, or `10ms`: the sample time.
     pub time: Option<String>,
     /// `COL:UNIT`, `7V@0.95s`, `2*COL-2*COL:UNIT`, `none`.
     pub command: Option<String>,
     /// Limit of the magnitude of a sum.
     pub command_limit: Option<f64>,
-    /// `COL`, or `COL:NUMBER` that is backwards; `none`.
+    /// `COL`, or `COL:NUMBER` with the value for backwards; `none`.
     pub direction: Option<String>,
     /// `COL:UNIT`.
     pub position: Option<String>,
     /// `COL:UNIT`.
     pub speed: Option<String>,
-    /// How that speed is summed up.
+    /// Integration rule of that speed.
     pub integrate: Option<Integration>,
     /// `COL:UNIT`.
     pub current: Option<String>,
-    /// Volts, or `COL:UNIT` of a measured supply.
+    /// Volts, or `COL:UNIT` for a measured supply.
     pub supply: Option<String>,
-    /// Counts of the encoder in one turn.
+    /// Counts of the encoder in one revolution.
     pub counts_per_rev: Option<f64>,
-    /// Travel of a linear axis in one turn in m.
+    /// Travel of a linear axis in one revolution in m.
     pub m_per_rev: Option<f64>,
-    /// The number that is full drive.
+    /// The number of full drive.
     pub pwm_full: Option<f64>,
-    /// Range after which the position begins anew.
+    /// Range after which the position wraps.
     pub wrap: Option<f64>,
-    /// The position column holds what was counted since the row before.
+    /// The position column has the counts since the previous row.
     pub increments: bool,
-    /// The motion is turned round.
+    /// The motion is reversed.
     pub reverse: bool,
-    /// The encoder knows no direction, or does.
+    /// Whether the encoder lacks a direction.
     pub unsigned: Option<bool>,
-    /// One row of so many.
+    /// Decimation.
     pub every: Option<u64>,
-    /// Most runs that the clock, where it begins anew, may make of the log.
+    /// Most runs made by restarts of the clock.
     pub runs: Option<u64>,
 }
 
 impl Said {
-    /// The flags as they are written, in the order of the help.
+    /// The flags as written, in the order of the help.
     #[must_use]
     pub fn flags(&self) -> Vec<(&'static str, String)> {
         let texts = [
@@ -90,7 +90,7 @@ impl Said {
     }
 }
 
-/// A column and, where it is said, its unit.
+/// A column and, if given, its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ColumnSaid {
     pub column: String,
@@ -98,7 +98,8 @@ pub(super) struct ColumnSaid {
 }
 
 impl ColumnSaid {
-    /// From `COL:UNIT` or `COL`. The text after the last colon is the unit, unless the whole is a column (`is_column`).
+    /// From `COL:UNIT` or `COL`. The text after the last colon is the unit, unless the whole is a column
+    /// (`is_column`).
     pub fn parse(
         flag: &'static str,
         role: Role,
@@ -124,7 +125,7 @@ impl ColumnSaid {
         }
     }
 
-    /// As a mapping file asks for it where no log is at hand: digits are a number.
+    /// Reference in a mapping file without a log: digits are a number.
     pub fn column_ref(&self) -> ColumnRef {
         match self.column.parse() {
             Ok(number) => ColumnRef::Number(number),
@@ -133,7 +134,7 @@ impl ColumnSaid {
     }
 }
 
-/// The units that a quantity can have, for messages.
+/// The units of a quantity, for messages.
 pub(super) fn expected(role: Role) -> &'static str {
     match role {
         Role::Time | Role::Interval => "s, ms, us, ns, min",
@@ -147,7 +148,7 @@ pub(super) fn expected(role: Role) -> &'static str {
     }
 }
 
-/// A command that is known and not logged: `7V@0.95s`, or several with commas between.
+/// A given command that is not logged: `7V@0.95s`, or several separated by commas.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Steps {
     pub unit: &'static str,
@@ -156,7 +157,7 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    /// `None` where the text has no `@`.
+    /// `None` for a text without `@`.
     pub fn parse(text: &str) -> Result<Option<Self>, Unclear> {
         if !text.contains('@') {
             return Ok(None);
@@ -195,7 +196,7 @@ impl Steps {
     }
 }
 
-/// A number and what follows it: `10ms` is 10 and `ms`. `2:ms` is a column and its unit.
+/// A number and the rest: `10ms` is 10 and `ms`. `2:ms` is a column and its unit.
 pub(super) fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     if text.contains(':') {

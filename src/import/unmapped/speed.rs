@@ -1,4 +1,4 @@
-//! A speed and no position: its steps give the counts back.
+//! A speed without a position: counts are reconstructed from its steps.
 
 use std::f64::consts::TAU;
 
@@ -12,18 +12,20 @@ use super::said::expected;
 use super::speed_rule::{Row, SpeedOf, rule};
 use super::units::{EITHER_PER_S, Role};
 
-/// A first-order motor that leaves this share of the largest speed explains it: a filter in the sketch leaves more.
+/// Residual of a first-order motor relative to the largest speed below which it explains the speed: a filter in the
+/// sketch leaves more.
 const PERFECT: f64 = 2e-3;
-/// Counts per revolution beyond those of usual encoders, gears included: read off a speed, they are the rounding of its numbers.
+/// Largest usual counts per revolution, gears included: larger ones derived from a speed are the rounding of its
+/// numbers.
 const MOST_USUAL: f64 = 100_000.0;
-/// Rounding to this share of the largest speed is immaterial: the usual relevant error is a hundred times as large.
+/// Rounding relative to the largest speed that is immaterial: the usual relevant error is a hundred times as large.
 const IMMATERIAL: f64 = 1e-4;
-/// A step is a power of ten within this: it is read off many levels.
+/// Tolerance of a step that is a power of ten: it is estimated from many levels.
 const ROUND: f64 = 1e-5;
-/// Definition of an electrical speed, and the way to the shaft's.
+/// Definition of an electrical speed, and its conversion to the shaft's.
 const ELECTRICAL: &str = "as many times the shaft's as the motor has pole pairs: --save-map map.toml, there `scale` = 1 / pole pairs \
                           under [speed], then --map map.toml";
-/// So a fine speed without steps has more levels.
+/// Least number of levels of a fine speed without steps.
 const LEVELS: usize = 50;
 
 impl Decision<'_> {
@@ -87,7 +89,7 @@ impl Decision<'_> {
             Some(_) => None,
             None => self.step_by_rows(at, step_s),
         };
-        // One count in a sample time, or in the time since the row before.
+        // One count in a sample time, or in the time since the previous row.
         let turns = match (step, step_s, by_rows) {
             (Some(step), Some(step_s), _) => Some(step * step_s),
             (None, _, Some(travel)) => Some(travel),
@@ -97,7 +99,7 @@ impl Decision<'_> {
             .zip(rev_s)
             .map(|(turns, rev_s)| whole(1.0 / (turns * rev_s)));
         let found = found.filter(|counts| (1.0..=FINEST).contains(counts));
-        // Steps of a number that was rounded, or of a drive's own units, are no counts.
+        // Steps of a rounded number, or of a drive's units, are no counts.
         let said = self.said.counts_per_rev.or(self.says[at].counts_per_rev);
         let is_round = step.is_some_and(is_power_of_ten);
         let (found, doubted) = match found {
@@ -135,7 +137,8 @@ impl Decision<'_> {
         }
         let has_steps = (step.is_some() || by_rows.is_some()) && doubted.is_none();
         self.is_difference = has_steps || self.said.integrate.is_some();
-        // Encoders give differences of position; a filter's lag comes on top. Without steps the motion decides, see `integration`.
+        // Encoders give differences of position; a filter adds its lag. Without steps the motion decides, see
+        // `integration`.
         let rule = self.said.integrate.unwrap_or(Integration::Backward);
         self.map.speed = Some(SpeedSection {
             column: self.column_ref(at),
@@ -194,7 +197,7 @@ impl Decision<'_> {
         }
     }
 
-    /// How a speed without steps becomes a position: by the rule that leaves less of a first-order motor.
+    /// Integration of a speed without steps: by the rule with the smaller residual for a first-order motor.
     pub(super) fn integration(&mut self, at: usize) {
         let Some(unit) = self.map.speed.as_ref().map(|speed| speed.unit.clone()) else {
             return;
@@ -248,7 +251,7 @@ impl Decision<'_> {
         }
     }
 
-    /// To which the speeds are rounded: their steps, where those are no counts, or the last digit; `None` where it is no matter.
+    /// Resolution of the speeds: their steps, if those are no counts, or the last digit; `None` if it is immaterial.
     fn resolution(&self, at: usize, step: Option<f64>) -> Option<f64> {
         let column = self.column(at);
         let resolution = step.unwrap_or(2.0 * column.rounding());
@@ -264,7 +267,7 @@ impl Decision<'_> {
         let (mut held, mut sign) = (0.0, 1.0);
         let mut rows = Vec::with_capacity(times_s.len());
         for ((t_s, command), speed) in times_s.iter().zip(commands).zip(&self.column(at).numbers) {
-            // The command that was in force until here.
+            // The command in force until here.
             let way = sign;
             if command.is_finite() {
                 held = *command;
@@ -286,7 +289,7 @@ impl Decision<'_> {
         rows
     }
 
-    /// Of revolutions and radians a second the one in which the steps are those of the counts that are said.
+    /// Of revolutions and radians per second the one in which the steps are those of the given counts.
     fn unit_of_steps(&self, at: usize, step_s: Option<f64>) -> Option<&'static str> {
         let turns = self.column(at).step()? * step_s?;
         let counts = self.said.counts_per_rev?;
@@ -296,7 +299,7 @@ impl Decision<'_> {
             .map(|(unit, _)| unit)
     }
 
-    /// The travel of one count where speeds were made by the time that really passed: speed times time comes in steps.
+    /// The travel of one count if speeds were computed with the measured time: speed times time has steps.
     fn step_by_rows(&self, at: usize, step_s: Option<f64>) -> Option<f64> {
         let times_s = self.times_s.as_ref()?;
         let speeds = self.column(at);
@@ -307,19 +310,19 @@ impl Decision<'_> {
     }
 }
 
-/// 1, 10, 0.1: what numbers are rounded to, and seldom one count in a row.
+/// 1, 10, 0.1: the usual rounding of numbers, and rarely one count per row.
 fn is_power_of_ten(step: f64) -> bool {
     let power = 10_f64.powi(step.log10().round() as i32);
     (step / power - 1.0).abs() < ROUND
 }
 
-/// Whether one is a whole multiple of the other: counts of one channel or four, and the mean of several rows.
+/// Whether one is an integral multiple of the other: counts of one channel or four, and the mean of several rows.
 fn is_whole_multiple(found: f64, said: f64) -> bool {
     let times = f64::max(found / said, said / found);
     (times - times.round()).abs() < WHOLE * times
 }
 
-/// A number of this many significant digits, as people read it and a mapping holds it.
+/// A number with this many significant digits, for messages and mappings.
 fn digits(number: f64, count: i32) -> f64 {
     if number == 0.0 {
         return number;

@@ -1,37 +1,37 @@
-//! Whether a logged speed is the one at the instant of the row, or the mean since the row before.
+//! Decides whether a logged speed is instantaneous, or the mean since the previous row.
 //!
-//! A first-order motor `T w' + w = K (u - F sgn w)`, whose command holds from row to row, shows `w` in the one case and
-//! `(w_e + (w - w_e) (1 - a) T / h)` in the other, where `h` is the time from row to row, `a = exp(-h/T)` and `w_e` the speed
-//! at which it ends. Each is fitted to the speeds by least squares in `K`, `K F` and the speed at the start, which are linear, for
-//! every `T` of a grid and some whole delays of the command; the one that leaves less is taken. (Ogata, Modern Control Engineering:
-//! first-order systems, zero-order hold.)
+//! A first-order motor `T w' + w = K (u - F sgn w)` with a command that is held between rows has the logged speed `w`
+//! in the first case and `(w_e + (w - w_e) (1 - a) T / h)` in the second, with the time `h` between rows, `a =
+//! exp(-h/T)` and the final speed `w_e`. Each is fitted to the speeds by least squares in `K`, `K F` and the initial
+//! speed, which are linear, for every `T` of a grid and some whole delays of the command; the one with the smaller
+//! residual is used. (Ogata, Modern Control Engineering: first-order systems, zero-order hold.)
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Time constants of the grid: this many, from a fifth of the sample time...
+/// Number of time constants of the grid, from a fifth of the sample time...
 const GRID: usize = 24;
 const LEAST_TIME_CONSTANT: f64 = 0.2;
 /// ...to this share of the recording: a slower motor does not settle in it.
 const MOST_TIME_CONSTANT: f64 = 0.5;
-/// Halvings of the grid's step around its best.
+/// Bisections of the grid's step around its best.
 const REFINEMENTS: usize = 10;
-/// Rows by which the command column may be late (-1) or the motor.
+/// Delays of the motor relative to the command column in rows; -1 is a late column.
 const DELAYS: [i32; 4] = [-1, 0, 1, 2];
-/// Fewer rows show no motor.
+/// Fewest rows.
 const LEAST_ROWS: usize = 20;
-/// Share of the variance of the speed that a first-order motor has to explain before it is evidence.
+/// Least coefficient of determination of a first-order motor as evidence.
 const LEAST_EXPLAINED: f64 = 0.9;
-/// The sums of squares left differ by this factor at least: less may be noise.
+/// Least ratio of the residual sums of squares: less may be noise.
 const DECISIVE: f64 = 1.2;
-/// Rounding of sums of squares, as a share of them.
+/// Relative rounding error of sums of squares.
 const ROUNDING: f64 = 1e-13;
 
 /// Kind of a logged speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SpeedOf {
-    /// The speed at the instant of the row.
+    /// The instantaneous speed of the row.
     Instant,
-    /// The mean since the row before.
+    /// The mean since the previous row.
     Mean,
 }
 
@@ -48,12 +48,12 @@ pub(super) struct Row {
 pub(super) struct Rule {
     pub speed_of: SpeedOf,
     pub time_constant_s: f64,
-    /// RMS of the speed that it leaves, and what the other leaves.
+    /// Residual RMS of the speed, and that of the other rule.
     pub left: f64,
     pub left_other: f64,
 }
 
-/// The rule that leaves less of a first-order motor, where one does.
+/// The rule with the smaller residual for a first-order motor, if one is significantly better.
 pub(super) fn rule(rows: &[Row]) -> Option<Rule> {
     let blocks: Vec<&[Row]> = rows
         .chunk_by(|before, after| after.t_s > before.t_s)
@@ -96,12 +96,12 @@ struct Motor {
     /// Logarithm of the time constant in s, and the step of the grid there.
     of_log: f64,
     step: f64,
-    /// Sum of squares that it leaves.
+    /// Residual sum of squares.
     left: f64,
 }
 
 impl Motor {
-    /// The one of the grid that leaves least.
+    /// The best one of the grid.
     fn on_grid(blocks: &[&[Row]], speed_of: SpeedOf, delay: i32) -> Self {
         let longest = blocks
             .iter()
@@ -130,7 +130,7 @@ impl Motor {
         )
     }
 
-    /// The best around it, by halving the step of the grid.
+    /// The best around it, by bisection of the grid's step.
     fn refined(self, blocks: &[&[Row]]) -> Self {
         let mut best = self;
         for _ in 0..REFINEMENTS {
@@ -150,17 +150,17 @@ impl Motor {
     }
 }
 
-/// The sum of squares that a motor of this time constant leaves.
+/// Residual sum of squares for this time constant.
 fn left(blocks: &[&[Row]], speed_of: SpeedOf, delay: i32, time_constant_s: f64) -> f64 {
     let (mut gram, mut products, mut squares) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
     for block in blocks {
-        // Speeds that a command of one, a friction of one and a speed of one at the start make.
+        // Speeds for a unit command, a unit friction and a unit initial speed.
         let mut state = Vector3::new(0.0, 0.0, 1.0);
         for (k, pair) in block.windows(2).enumerate() {
             let h = (pair[1].t_s - pair[0].t_s) / time_constant_s;
             let settled = -(-h).exp_m1();
             let at = (k as i64 - i64::from(delay)).clamp(0, block.len() as i64 - 1) as usize;
-            // At rest, static friction holds against the command.
+            // At rest, static friction balances the command.
             let moves = pair[0].speed != 0.0 || pair[1].speed != 0.0;
             let way = if pair[1].speed == 0.0 {
                 pair[0].speed
@@ -182,7 +182,7 @@ fn left(blocks: &[&[Row]], speed_of: SpeedOf, delay: i32, time_constant_s: f64) 
             squares += pair[1].speed.powi(2);
         }
     }
-    // Friction and command are one column where the command has one level.
+    // Friction and command are one column if the command has one level.
     let solved = gram.svd(true, true).solve(&products, 1e-12 * gram.norm());
     let explained = solved.map_or(0.0, |by| by.dot(&products));
     // Rounding of the sums is no residual.
@@ -195,7 +195,7 @@ mod tests {
 
     const TIME_CONSTANT_S: f64 = 0.08;
 
-    /// A first-order motor under levels that hold between rows, its speed rounded as a log prints it.
+    /// A first-order motor under levels held between rows, its speed rounded as in a log.
     fn rows(h: f64, speed_of: SpeedOf, delay: usize) -> Vec<Row> {
         let level = |k: usize| match (k as f64 * h / 0.9) as usize % 4 {
             0 => 0.0,

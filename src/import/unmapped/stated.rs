@@ -1,9 +1,10 @@
-//! The time from row to row that a line above the rows states: `Sample Interval,2E-03`, `# fs = 200 Hz`, `Sampling period: 5 ms`.
+//! The sample time stated in a line above the rows: `Sample Interval,2E-03`, `# fs = 200 Hz`, `Sampling period: 5
+//! ms`.
 
 use super::decide::Decision;
 use super::units::{Role, unit_of};
 
-/// Words before a time from row to row, and before a number of rows a second.
+/// Words before a sample time, and before a sample rate.
 const TIMES: [&str; 16] = [
     "sample interval",
     "sampling interval",
@@ -34,9 +35,9 @@ const RATES: [&str; 10] = [
     "fs",
     "f_s",
 ];
-/// Characters between such words and their number: a unit in brackets, a mark.
+/// Most characters between such words and their number: a unit in brackets, a mark.
 const MOST_BETWEEN: usize = 12;
-/// A time without a unit is in s up to here, and in ms beyond.
+/// Without a unit, a time is in s up to this value, and in ms above.
 const MOST_SECONDS: f64 = 1.0;
 
 /// A sample time in s, and the line that states it.
@@ -46,7 +47,7 @@ pub(super) struct Stated {
 }
 
 impl Decision<'_> {
-    /// The sample time that a line above the rows or a comment states.
+    /// The sample time in a line above the rows or a comment.
     pub(super) fn stated_sample_time(&self) -> Option<Stated> {
         let mut lines = self.survey.banner.iter().chain(&self.survey.comments);
         lines.find_map(|line| {
@@ -59,7 +60,7 @@ impl Decision<'_> {
     }
 }
 
-/// The sample time in s that a line states.
+/// The sample time in s in a line.
 fn stated(line: &str) -> Option<f64> {
     let line = line.to_lowercase().replace(['µ', 'μ'], "u");
     let time = || {
@@ -82,7 +83,7 @@ fn stated(line: &str) -> Option<f64> {
     time().or_else(rate).filter(|s| s.is_finite() && *s > 0.0)
 }
 
-/// The number behind a word, and its unit behind the number or between the two in brackets.
+/// The number after a word, and its unit after the number or between the two in brackets.
 fn number_after(line: &str, word: &str) -> Option<(f64, String)> {
     line.match_indices(word).find_map(|(at, _)| {
         let is_whole = !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -101,7 +102,7 @@ fn number_after(line: &str, word: &str) -> Option<(f64, String)> {
             && between.chars().next().is_some_and(is_mark)
             && (beside.is_empty() || between.contains(['(', '[']));
         let digits = &after[begins..];
-        // The longest beginning that is a number, its power included.
+        // The longest prefix that is a number, exponent included.
         let ends = digits
             .find(|c: char| !matches!(c, '0'..='9' | '.' | 'e' | '-' | '+'))
             .unwrap_or(digits.len());

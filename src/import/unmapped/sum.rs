@@ -5,7 +5,7 @@ use super::super::map_command::CommandSection;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
-/// Terms and unit, as they are said.
+/// Terms and unit, as given.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sum {
     /// Factor and column.
@@ -14,7 +14,7 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    /// `None` where the text is a column, or has no factor.
+    /// `None` for a column, or a text without a factor.
     pub fn parse(text: &str, is_column: impl Fn(&str) -> bool) -> Result<Option<Self>, Unclear> {
         if !text.contains('*') || is_column(text) {
             return Ok(None);
@@ -44,7 +44,7 @@ impl Sum {
         Ok(Some(Self { terms, unit }))
     }
 
-    /// As a mapping says it.
+    /// Section of a mapping.
     pub fn section(
         &self,
         limit: Option<f64>,
@@ -70,7 +70,7 @@ impl Sum {
     }
 }
 
-/// A factor with its `*`, and what follows.
+/// A factor with its `*`, and the rest.
 fn factor(text: &str) -> Option<(f64, &str)> {
     let (number, after) = text.split_once('*')?;
     let number: String = number.chars().filter(|c| !c.is_whitespace()).collect();
@@ -78,7 +78,7 @@ fn factor(text: &str) -> Option<(f64, &str)> {
     number.is_finite().then_some((number, after))
 }
 
-/// Whether the sign of the next term's factor stands here.
+/// Whether the sign of the next term's factor is here.
 fn factor_at(text: &str, at: usize) -> bool {
     let rest = &text[at..];
     rest.starts_with(['+', '-']) && factor(rest).is_some()

@@ -1,4 +1,4 @@
-//! A look at the beginning of a log: how it is laid out, and what its columns hold.
+//! Survey of the beginning of a log: its format, and the content of its columns.
 
 use super::super::cells::{Cells, Separator, decode, number, without_groups};
 use super::super::labels::labels;
@@ -11,9 +11,9 @@ use super::table::{BANNER_LINES, Layout, Numbered, layout};
 use super::thousands::Thousands;
 use super::units::unit_of;
 
-/// Rows that are looked at: a minute at 3 ms.
+/// Most rows read: a minute at 3 ms.
 const ROWS: usize = 20_000;
-/// Comment lines that are kept.
+/// Most comment lines kept.
 const COMMENTS: usize = 50;
 /// Beginning of a comment.
 const COMMENT_MARKS: [&str; 3] = ["#", "%", "//"];
@@ -21,15 +21,15 @@ const COMMENT_MARKS: [&str; 3] = ["#", "%", "//"];
 /// Structure of a log.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
-    /// As the mapping file says it.
+    /// Section of the mapping file.
     pub file: FileSection,
     pub columns: Vec<Column>,
-    /// Comment lines among and before the rows, without the mark.
+    /// Comment lines before and among the rows, without the mark.
     pub comments: Vec<String>,
     /// Other lines above the rows.
     pub banner: Vec<String>,
     pub rows: usize,
-    /// The column by whose words the runs are told.
+    /// The column whose words divide the runs.
     pub split_by: Option<String>,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn of_table(table: &Table) -> Survey {
     found
 }
 
-/// Looks at the first bytes of a log. Where there is no table of numbers, the first lines come back.
+/// Survey of the first bytes of a log. Without a table of numbers, returns the first lines.
 pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>> {
     let all = lines_of(head, is_whole);
     let first_lines = (all.iter().take(3))
@@ -187,7 +187,7 @@ fn lines_of(head: &[u8], is_whole: bool) -> Vec<Numbered> {
     let Ok(mut lines) = lines(head) else {
         return found;
     };
-    // Compressed data that is cut off ends the survey, and is read in full by the import.
+    // A truncated compressed file ends the survey, and is read completely by the import.
     while let Ok(Some(line)) = lines.next() {
         if let Line::Whole(line) = line {
             let line = line.to_vec();
@@ -219,7 +219,7 @@ fn is_name(cell: &str) -> bool {
     !cell.is_empty() && number(cell.as_bytes(), true, "").is_err()
 }
 
-/// Whether no cell is a number; a terminal's stamp before the line does not count, nor the index without a name that pandas writes.
+/// Whether no cell is a number, ignoring a terminal's stamp and the unnamed index of pandas.
 fn all_words(cells: &[String]) -> bool {
     let is_apart = |cell: &String| cell.is_empty() || stamp(cell.as_bytes()).is_some();
     let from = usize::from(cells.first().is_some_and(is_apart));
@@ -245,7 +245,7 @@ fn is_units(cells: &[String]) -> bool {
     cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(is_unit)
 }
 
-/// Names, units and the lines before them, from what stands above the first row.
+/// Names, units and the lines before them, from the lines above the first row.
 fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
     let lines_before_rows = table[layout.first].0 - 1;
     if layout.separator == Separator::Labels {
@@ -296,7 +296,7 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
                 column.unit_line = Some(unit.trim_matches(['[', ']', '(', ')']).to_owned());
             }
         }
-        // A line of names without the stamp that the terminal put before the rows.
+        // A line of names without the terminal's stamp of the rows.
         Some((_, cells))
             if all_words(&cells) && cells.len() + 1 == layout.columns && !is_banner(&cells) =>
         {
@@ -315,13 +315,13 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
     only_one_of_a_name(&mut found.columns);
 }
 
-/// Whether a line holds no names: `out =` of MATLAB, or the lines that a terminal prints after a rule.
+/// Whether a line has no names: `out =` of MATLAB, or the lines that a terminal prints after a rule.
 fn is_banner(cells: &[String]) -> bool {
     let is_rule = |cell: &String| cell.starts_with("---");
     cells.last().is_some_and(|last| last == "=") || cells.first().is_some_and(is_rule)
 }
 
-/// A name that stands twice is no name: the number tells.
+/// Columns with a repeated name are referred to by number.
 fn only_one_of_a_name(columns: &mut [Column]) {
     let names: Vec<Option<String>> = columns.iter().map(|column| column.name.clone()).collect();
     for column in columns {

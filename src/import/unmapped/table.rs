@@ -1,4 +1,4 @@
-//! Where in a log the rows of numbers begin, and by what their cells are separated.
+//! Start of the numeric rows in a log, and their separator.
 
 use super::super::cells::{Cells, Separator, grouped, number};
 use super::super::labels::labels;
@@ -7,14 +7,14 @@ use super::super::stamp::{before_line, stamp};
 /// A line of the log, and its number from 1.
 pub(super) type Numbered = (u64, Vec<u8>);
 
-/// So many rows alike, one after the other, are the table.
+/// Consecutive equal rows that make a table.
 const ALIKE: usize = 3;
-/// So many rows alike are a table and no banner.
+/// Consecutive equal rows that are no banner.
 const LONG: usize = 10;
-/// Lines among which the first row of numbers is looked for: a banner is shorter.
+/// Lines among which the first numeric row is searched: a banner is shorter.
 pub(super) const BANNER_LINES: usize = 400;
 
-/// Where the table of numbers begins, and how its cells are separated.
+/// Start of the table of numbers, and the separator of its cells.
 pub(super) struct Layout {
     pub separator: Separator,
     pub columns: usize,
@@ -23,7 +23,7 @@ pub(super) struct Layout {
     pub is_decimal_comma: bool,
 }
 
-/// The separator by which the earliest and most of the lines are rows of numbers.
+/// The separator with which the earliest and most of the lines are numeric rows.
 pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
     if let Some(labelled) = labelled(table) {
         return Some(labelled);
@@ -37,12 +37,12 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
     ];
     let mut best: Option<(f64, Layout)> = None;
     for separator in separators {
-        // Between commas a decimal comma stands in quotes.
+        // A decimal comma between commas is quoted.
         let is_decimal_comma = true;
         let looks: Vec<Look> = (table.iter().take(BANNER_LINES))
             .map(|(_, line)| Look::at(line, separator, is_decimal_comma))
             .collect();
-        // A separator at the end of every row ends it; at the end of some it stands before an empty cell.
+        // A separator at the end of every row ends it; at the end of some it precedes an empty cell.
         let mut rows = looks
             .iter()
             .filter(|look| look.share >= 0.5 && look.cells > 1);
@@ -65,7 +65,8 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
         };
         let look = &looks[first];
         let columns = look.cells - surplus;
-        // Columns count for more than a better share: a list of one column is all numbers too. A stamp before the line is no column.
+        // The number of columns is preferred to a larger share: a list of one column is all numbers too. A terminal's
+        // stamp is no column.
         let own = columns - usize::from(look.is_stamped);
         let score = look.share * if own > 1 { 1.0 } else { 0.4 };
         if best
@@ -86,7 +87,7 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
     best.map(|(_, layout)| layout)
 }
 
-/// The first lines that name their numbers alike: `Pos:123 PWM:80`.
+/// The first lines with equal labels: `Pos:123 PWM:80`.
 fn labelled(table: &[Numbered]) -> Option<Layout> {
     let named: Vec<Option<Vec<Vec<u8>>>> = (table.iter().take(BANNER_LINES))
         .map(|(_, line)| labels(line).filter(|labels| is_of_numbers(line, labels)))
@@ -103,7 +104,7 @@ fn labelled(table: &[Numbered]) -> Option<Layout> {
     })
 }
 
-/// Whether what stands behind the labels are numbers.
+/// Whether the values after the labels are numbers.
 fn is_of_numbers(line: &[u8], labels: &[Vec<u8>]) -> bool {
     let mut cells = Cells::default();
     cells.expect(labels.to_vec());
@@ -112,14 +113,14 @@ fn is_of_numbers(line: &[u8], labels: &[Vec<u8>]) -> bool {
         .all(|at| number(cells.get(at), false, "").is_ok() || stamp(cells.get(at)).is_some())
 }
 
-/// Cells of one line by one separator.
+/// Cells of one line with one separator.
 struct Look {
     cells: usize,
-    /// Of the cells that are not empty, the share of numbers and stamps.
+    /// Share of numbers and stamps among the non-empty cells.
     share: f64,
     /// The last cell is empty.
     is_open: bool,
-    /// A terminal's stamp stands before the line.
+    /// The line begins with a terminal's stamp.
     is_stamped: bool,
 }
 

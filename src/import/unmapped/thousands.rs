@@ -1,11 +1,13 @@
-//! Marks between thousands, as spreadsheets write them: `1,234,567` and `1.234,5`.
+//! Marks between thousands in spreadsheets: `1,234,567` and `1.234,5`.
 //!
-//! A number with two groups, or with a group and a decimal mark, tells the mark. One group alone may be three decimals: there the
+//! A number with two groups, or with a group and a decimal mark, determines the mark. One group alone may be three
+//! decimals: then the neighbours in its column decide, since `998` and `1,002` are consecutive as one thousand and
+//! two.
 //! neighbours in its column tell, since `998` and `1,002` go on as one thousand and two does.
 
 use super::super::cells::{Cells, grouped, number, without_groups};
 
-/// A number of a column, in both readings.
+/// A number of a column, in both interpretations.
 #[derive(Debug, Clone, Copy)]
 struct Both {
     is_grouped: bool,
@@ -17,15 +19,14 @@ struct Both {
 #[derive(Debug, Clone, Copy, Default)]
 struct Seen {
     before: Option<Both>,
-    /// Numbers that are thousands in no other reading, and numbers in which the mark is a decimal one.
+    /// Numbers that can only have thousands, and numbers in which the mark is a decimal one.
     sure: usize,
     decimal: usize,
-    /// Neighbours that are nearer each other as thousands, and as decimals.
+    /// Neighbours that are closer as thousands, and as decimals.
     nearer: usize,
     farther: usize,
 }
 
-/// A mark that stands between thousands, by the rows of a log.
 #[derive(Debug)]
 pub(super) struct Thousands {
     mark: u8,
@@ -38,7 +39,7 @@ impl Thousands {
         Self { mark, columns }
     }
 
-    /// One more row.
+    /// Adds a row.
     pub fn take(&mut self, cells: &Cells) {
         self.columns
             .resize(self.columns.len().max(cells.len()), Seen::default());
@@ -47,7 +48,7 @@ impl Thousands {
         }
     }
 
-    /// The mark, if it stands between thousands.
+    /// The mark, if it separates thousands.
     pub fn mark(&self) -> Option<u8> {
         let sum = |of: fn(&Seen) -> usize| self.columns.iter().map(of).sum::<usize>();
         let is_near = sum(|seen| seen.nearer) > 0 && sum(|seen| seen.farther) == 0;

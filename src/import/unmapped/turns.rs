@@ -1,27 +1,27 @@
-//! Turns in units of angle: which unit the steps of a position tell; and the voltage of a sensor, which is no position yet.
+//! Revolutions in units of angle, from the steps of a position; and voltages of sensors, which are no position.
 
 use std::f64::consts::TAU;
 
 use super::decide::Decision;
 use super::names::NameSays;
 
-/// A step that was found in many positions is exact to this share at worst, and at best to what a float of 32 bits rounds.
+/// Relative accuracy of a step estimated from many positions: at worst, and at best that of a 32-bit float.
 const EXACT: f64 = 1e-5;
 const MOST_EXACT: f64 = 2e-7;
-/// Counts per revolution are taken as whole where the error of the quotient is less than this. Convention.
+/// Largest error of a quotient that is taken as integral counts per revolution. Convention.
 const WHOLE_ERROR: f64 = 0.2;
-/// Counts per revolution of an encoder of 16 bits: what is even in revolutions is even in degrees too, beyond them.
+/// Counts per revolution of a 16-bit encoder: above, steps that divide a revolution divide degrees as well.
 const MOST_COUNTS: f64 = 65_536.0;
-/// A position shows at least one in so many counts.
+/// Fewest observed counts: one in this many.
 const MOST_SKIPPED: f64 = 8.0;
-/// A step of so many decimals is one of the decimal system, whatever the unit.
+/// Decimals of a step that is a round decimal number in any unit.
 const DECIMALS: f64 = 1e4;
 
-/// Beginnings of the names of sensors whose voltage is logged.
+/// Prefixes of the names of sensors whose voltage is logged.
 const ANALOGUE: [&str; 5] = ["photo", "opto", "hall", "lightbarrier", "phototransistor"];
 
 impl Decision<'_> {
-    /// Of two channels of a quadrature encoder as a logic analyzer records them: how their edges become counts.
+    /// For two channels of a quadrature encoder from a logic analyzer: how their edges become counts.
     pub(super) fn levels_of_channels(&self) -> String {
         let is_level = |&at: &usize| {
             let column = self.column(at);
@@ -41,8 +41,8 @@ impl Decision<'_> {
         )
     }
 
-    /// The unit of an angle in whose turn the steps of a column divide evenly, where just one does, and the counts: those that are said,
-    /// or, as the steps are no round decimals, any whole number.
+    /// The unit of angle in whose revolution the steps of a column divide evenly, if it is unique, and the counts:
+    /// the given ones, or, if the steps are no round decimals, any integer.
     pub(super) fn unit_of_counts(&self, at: usize) -> Option<(&'static str, f64)> {
         let column = self.column(at);
         let step = column.step()?;
@@ -68,7 +68,7 @@ impl Decision<'_> {
         fits.next().filter(|_| fits.next().is_none())
     }
 
-    /// Of a light barrier or a Hall sensor that is logged as a voltage: how its edges become counts.
+    /// For a light barrier or a Hall sensor that is logged as a voltage: how its edges become counts.
     pub(super) fn analogue(&self) -> String {
         let is_sensor = |at: &usize| self.column(*at).is_numeric() && is_sensor(&self.says[*at]);
         let Some(at) = (0..self.survey.columns.len()).find(is_sensor) else {
@@ -91,7 +91,7 @@ pub(super) fn is_sensor(says: &NameSays) -> bool {
     says.words.iter().any(has)
 }
 
-/// One turn in a unit of angle.
+/// One revolution in a unit of angle.
 pub(super) fn turn_in(unit: &str) -> Option<f64> {
     match unit {
         "deg" => Some(360.0),

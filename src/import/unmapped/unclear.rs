@@ -1,16 +1,16 @@
-//! Why a log without a mapping cannot be imported as it stands, and the command line with which it can.
+//! Errors of an import without a mapping, with the command line that succeeds.
 
 use thiserror::Error;
 
 use super::super::MapError;
 use super::super::cells::shortened;
 
-/// Facts that a log lacks.
+/// A missing fact.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Missing {
-    /// The flag that says it, with a value as an example.
+    /// Its flag, with an example of a value.
     pub flag: String,
-    /// Missing facts, and why they are not known.
+    /// The fact, and why it is unknown.
     pub why: String,
 }
 
@@ -24,27 +24,27 @@ pub enum Unclear {
          other programs save their tables so, and docs/reference/import.md lists the forms that are read", began(.0)
     )]
     NoTable(Vec<String>),
-    /// No text at all.
+    /// Not text.
     #[error("{0}")]
     NoText(String),
-    /// Facts are missing.
+    /// Missing facts.
     #[error("this log lacks {}:\n{}\nhint: {}complete command:\n  {line}", facts(.missing.len()), listed(.missing), capitals(.missing))]
     Missing {
-        /// What.
+        /// The facts.
         missing: Vec<Missing>,
-        /// The finished command line.
+        /// The complete command line.
         line: String,
         /// Its flags with their values.
         flags: Vec<(&'static str, String)>,
     },
-    /// A flag names a column that is not there.
+    /// A flag names a missing column.
     #[error("{flag} {column}: there is no such column\nhint: the columns are {found}")]
     NoColumn {
         /// The flag.
         flag: &'static str,
-        /// Meaning.
+        /// The column.
         column: String,
-        /// The columns that there are.
+        /// The existing columns.
         found: String,
     },
     /// A column of words.
@@ -55,17 +55,17 @@ pub enum Unclear {
         /// The column.
         column: String,
     },
-    /// A flag has a unit that its quantity cannot have.
+    /// A flag has an impossible unit.
     #[error("{flag}: `{unit}` is no unit of it\nhint: it is one of {expected}")]
     Unit {
         /// The flag.
         flag: &'static str,
         /// The unit.
         unit: String,
-        /// Possible values.
+        /// Possible units.
         expected: &'static str,
     },
-    /// A column whose unit is not said, where no log is looked at.
+    /// A column without a unit, if there is no log to examine.
     #[error(
         "{flag} {column}: with a mapping its unit is needed\nhint: as in {column}:UNIT; the unit is one of {expected}"
     )]
@@ -77,23 +77,23 @@ pub enum Unclear {
         /// Possible units.
         expected: &'static str,
     },
-    /// A flag that cannot be read.
+    /// An invalid value of a flag.
     #[error("{flag} {text}: cannot be read\nhint: it is {expected}")]
     Form {
         /// The flag.
         flag: &'static str,
-        /// Meaning.
+        /// The value.
         text: String,
-        /// Possible meanings.
+        /// Possible values.
         expected: &'static str,
     },
     /// Flags that exclude each other.
     #[error("{0}")]
     Conflict(&'static str),
-    /// The mapping cannot be written as one.
+    /// The mapping cannot be written.
     #[error("the mapping cannot be written: {0}")]
     Unwritten(String),
-    /// The given and detected facts make no mapping.
+    /// The given and derived facts make no valid mapping.
     #[error(transparent)]
     Map(#[from] MapError),
 }

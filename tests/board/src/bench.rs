@@ -6,15 +6,15 @@ use motorlab::recording::CommandKind;
 /// Angle and speed of the encoder's wheel, in counts and counts/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Turn {
-    /// Angle: the encoder shows the whole counts below it.
+    /// Angle: the encoder reads the integral part.
     pub counts: f64,
     /// Its rate.
     pub counts_per_s: f64,
 }
 
-/// Something that turns an encoder.
+/// A shaft with an encoder.
 pub trait Shaft: Send {
-    /// Lets it run from where it is to `until_s`, since power-up, with a voltage at the motor.
+    /// Advances to `until_s`, since power-up, with a voltage at the motor.
     fn run(&mut self, motor_v: f64, until_s: f64) -> Turn;
 
     /// Driver supply in V.
@@ -29,7 +29,7 @@ pub struct MotorShaft {
     supply_v: f64,
 }
 
-/// Where in its count the shaft starts.
+/// Initial fraction of a count.
 pub const START_COUNT_FRACTION: f64 = 0.5;
 
 impl MotorShaft {
@@ -57,8 +57,7 @@ impl Shaft for MotorShaft {
     }
 }
 
-/// A wheel that is turned from outside at a steady rate while the driver puts out any voltage: what a
-/// signal generator is to a real board.
+/// A wheel driven at a steady rate in the direction of the voltage, as by a signal generator on a real board.
 #[derive(Debug, Clone)]
 pub struct SteadyShaft {
     counts_per_s: f64,
@@ -67,7 +66,7 @@ pub struct SteadyShaft {
 }
 
 impl SteadyShaft {
-    /// Turns at so many counts a second, in the direction of the voltage.
+    /// Turns at this rate in counts a second, in the direction of the voltage.
     pub fn new(counts_per_s: f64) -> Self {
         Self {
             counts_per_s,
@@ -81,7 +80,7 @@ impl SteadyShaft {
 }
 
 impl Shaft for SteadyShaft {
-    /// A new voltage takes effect at the end of the call, so that the rate told before was true until then.
+    /// A new voltage takes effect at the end of the call, so that the previously returned rate is valid until then.
     fn run(&mut self, motor_v: f64, until_s: f64) -> Turn {
         self.turn.counts += self.turn.counts_per_s * (until_s - self.now_s);
         self.turn.counts_per_s = if motor_v == 0.0 {
@@ -98,7 +97,7 @@ impl Shaft for SteadyShaft {
     }
 }
 
-/// Levels of the encoder's two channels at a count: bit 0 A, bit 1 B. A leads B upwards.
+/// Levels of the encoder's two channels at a count: bit 0 A, bit 1 B. Forwards, A leads B.
 pub fn levels(count: i64) -> u8 {
     [0b00, 0b01, 0b11, 0b10][count.rem_euclid(4) as usize]
 }

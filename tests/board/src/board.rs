@@ -1,9 +1,8 @@
-//! The board on its bench: processor, driver, motor and encoder in one time.
+//! The board on its bench: processor, driver, motor and encoder with a common time.
 //!
-//! Time continues in turns of at most 10 us. At the start of each the driver's pins are read, the motor
-//! has run to there, and the encoder's edges of the turn are set to their cycle from angle and speed
-//! (what the speed changes in 10 us moves an edge by less than a nanosecond's worth of the motor's
-//! turning).
+//! Time advances in steps of at most 10 us. At the start of each the driver's pins are read, the motor is advanced,
+//! and the encoder's edges within the step are placed at their cycles from angle and speed (a change of the speed
+//! within 10 us shifts an edge by less than a nanosecond).
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -13,13 +12,13 @@ use crate::mcu::{CLOCK_HZ, Edge, Event, EventKind, Mcu, McuError};
 use crate::truth::{Tick, Truth};
 use crate::wiring::{BoardKind, Output, Wiring};
 
-/// Longest turn in cycles: 10 us.
+/// Longest step in cycles: 10 us.
 const TURN_CYCLES: u64 = CLOCK_HZ / 100_000;
 
-/// Cycles that a byte takes on the line: start bit, 8 bits, stop bit.
+/// Cycles of a byte on the line: start bit, 8 bits, stop bit.
 const BYTE_CYCLES: u64 = 10 * CLOCK_HZ / firmware_protocol::BAUD as u64;
 
-/// State of the driver by its pins.
+/// State of the driver, from its pins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
     /// Mean voltage at the motor.
@@ -28,23 +27,23 @@ pub struct Drive {
     pub coasting: bool,
 }
 
-/// A byte that the board has sent, and when.
+/// A byte sent by the board, with its time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SentByte {
-    /// When it was whole on the line.
+    /// Cycle of its stop bit.
     pub cycle: u64,
     /// The byte.
     pub byte: u8,
 }
 
-/// A board that runs the sketch.
+/// A board with the sketch.
 pub struct Board {
     mcu: Mcu,
     wiring: &'static Wiring,
     shaft: Box<dyn Shaft>,
     turn: Turn,
     drive: Drive,
-    /// Bytes on their way to the board, and when they arrive.
+    /// Bytes in transit to the board, with their arrival times.
     incoming: VecDeque<(u64, u8)>,
     sent: Vec<SentByte>,
     truth: Truth,
@@ -101,7 +100,7 @@ impl Board {
         &self.truth
     }
 
-    /// Begins the log of truth anew.
+    /// Clears the log of true events.
     pub fn clear_truth(&mut self) {
         self.truth = Truth::default();
         self.truth.drives.push((self.cycle(), self.drive));
@@ -122,7 +121,7 @@ impl Board {
         self.is_high(self.wiring.led)
     }
 
-    /// Pulls the reset line: what is on its way to the board is lost.
+    /// Resets the board: bytes in transit to it are lost.
     pub fn reset(&mut self) {
         self.mcu.reset();
         self.incoming.clear();
@@ -131,12 +130,12 @@ impl Board {
         self.truth.resets.push(self.cycle());
     }
 
-    /// Overwrites a variable of the firmware; `false` if there is none of that name.
+    /// Overwrites a variable of the firmware; `false` if there is none of this name.
     pub fn poke(&mut self, symbol: &str, value: u32) -> bool {
         self.mcu.poke(symbol, value)
     }
 
-    /// Puts bytes on the line to the board: they arrive one after the other as the line's rate has it.
+    /// Sends bytes to the board: they arrive at the line's rate.
     pub fn receive(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             let free = self.incoming.back().map_or(0, |&(at, _)| at);
@@ -145,7 +144,7 @@ impl Board {
         }
     }
 
-    /// Bytes on their way to the board.
+    /// Number of bytes in transit to the board.
     pub fn to_receive(&self) -> usize {
         self.incoming.len()
     }
@@ -207,7 +206,7 @@ impl Board {
         }
     }
 
-    /// The edges from now until the end of the turn.
+    /// Places the edges from now until the end of the step.
     fn set_edges(&mut self, now: u64, until: u64) {
         let shown = self.mcu.count();
         let turn_s = seconds(until) - seconds(now);
@@ -216,7 +215,7 @@ impl Board {
         let up = ends > shown;
         let mut count = shown;
         while count != ends && self.edges.len() < crate::mcu::MAX_EDGES {
-            // Upwards a count begins at its own angle, downwards it ends at the one above.
+            // Upwards a count begins at its angle, downwards it ends at that of the next one.
             let (next, at_counts) = if up {
                 (count + 1, (count + 1) as f64)
             } else {
@@ -246,8 +245,8 @@ impl Board {
         }
     }
 
-    /// The driver's mean voltage, from its pins and from the timer behind the PWM pin. Pins that are no
-    /// outputs are pulled down by the driver, but for enable, which it pulls up.
+    /// The driver's mean voltage, from its pins and from the timer of the PWM pin. Pins that are no outputs are
+    /// pulled down by the driver, except enable, which it pulls up.
     fn drive_by_pins(&self) -> Drive {
         let wiring = self.wiring;
         let compare = f64::from(self.mcu.data(wiring.pwm_compare));

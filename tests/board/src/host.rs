@@ -1,4 +1,4 @@
-//! A host in the same process, in the board's own time: what it says and hears is the same each time.
+//! A host in the same process and in the board's time: deterministic.
 
 use firmware_protocol::{
     ALIVE_INTERVAL_MS, BoardFields, BoardMessage, CHUNK_SEGMENTS, Chunk, FrameDecoder, Hello,
@@ -8,10 +8,10 @@ use firmware_protocol::{
 use crate::board::Board;
 use crate::mcu::{CLOCK_HZ, McuError};
 
-/// A message of the board and the cycle at which it was whole.
+/// A message of the board with the cycle of its last byte.
 pub type Heard = (u64, BoardMessage);
 
-/// Why a conversation with the board failed.
+/// Errors of a conversation with the board.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
     /// The processor stopped.
@@ -22,20 +22,20 @@ pub enum HostError {
     NotHeard {
         /// What.
         what: String,
-        /// How long it had.
+        /// Time limit in s.
         within_s: f64,
-        /// Received instead.
+        /// Messages received instead.
         heard: Vec<BoardMessage>,
     },
 }
 
-/// A host that speaks with a board.
+/// A host of a board.
 pub struct Host {
     /// The board.
     pub board: Board,
-    /// Whether ALIVE is said as PROTOCOL.md wants it.
+    /// Whether ALIVE is sent as PROTOCOL.md requires.
     pub alive: bool,
-    /// Frames that were damaged or no messages.
+    /// Damaged frames and invalid messages.
     pub bad_frames: usize,
     decoder: FrameDecoder,
     heard: Vec<Heard>,
@@ -43,7 +43,7 @@ pub struct Host {
 }
 
 impl Host {
-    /// Listens to a board that has just been powered up.
+    /// A host of a board that has just been powered up.
     pub fn new(board: Board) -> Self {
         Self {
             board,
@@ -55,14 +55,12 @@ impl Host {
         }
     }
 
-    /// Says something.
     pub fn say(&mut self, message: &HostMessage) {
         let mut wire = [0; MAX_WIRE];
         let length = message.encode(&mut wire).unwrap_or(0);
         self.board.receive(&wire[..length]);
     }
 
-    /// Lets time pass.
     pub fn run_for(&mut self, duration_s: f64) -> Result<(), McuError> {
         let ends = self.board.cycle() + (duration_s * CLOCK_HZ as f64).round() as u64;
         while self.board.cycle() < ends {
@@ -96,8 +94,8 @@ impl Host {
         std::mem::take(&mut self.heard)
     }
 
-    /// Lets time pass until the board says something that `wanted` takes; what came before it is
-    /// forgotten, what came after stays.
+    /// Advances until the board sends a message for which `wanted` returns a value; earlier ones are discarded, later
+    /// ones are kept.
     pub fn hear<T>(
         &mut self,
         what: &str,
@@ -133,7 +131,7 @@ impl Host {
         })
     }
 
-    /// Says something and waits for ACK.
+    /// Sends a message and waits for ACK.
     pub fn ask(&mut self, message: &HostMessage) -> Result<u16, HostError> {
         self.say(message);
         let kind = message.kind();
@@ -174,7 +172,7 @@ impl Host {
         Ok(())
     }
 
-    /// Records so many samples; samples and END come back.
+    /// Records this many samples; returns them and END.
     pub fn record(&mut self, samples: u32) -> Result<(Vec<Sample>, BoardMessage), HostError> {
         self.ask(&HostMessage::Start { samples })?;
         self.until_end(3600.0)

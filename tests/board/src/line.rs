@@ -1,9 +1,9 @@
-//! The board's serial port on a pseudo-terminal, for any program that opens serial ports.
+//! The board's serial port at a pseudo-terminal, for programs that open serial ports.
 //!
-//! Opening it resets the board, as DTR does. In real time the board's clock follows the wall's. In
-//! *held* time the board stands still while it has nothing to do, runs as fast as it can while it
-//! records, and hears ALIVE every 100 ms of its own time whatever the host's program does: the same
-//! commands then give the same recording, to the bit, on any machine.
+//! Opening it resets the board, as DTR does. In real time the board's clock follows the wall clock. In *held* time
+//! the board stands still while it has nothing to do, runs as fast as possible while it records, and receives ALIVE
+//! every 100 ms of its own time, independent of the host's program: the same commands then give the bitwise same
+//! recording on any machine.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -25,17 +25,17 @@ use motorlab::board::pty::Pty;
 use crate::board::Board;
 use crate::mcu::{CLOCK_HZ, McuError};
 
-/// How the board's time passes.
+/// Rate of the board's time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Pace {
-    /// As the wall clock's.
+    /// That of the wall clock.
     RealTime,
-    /// Only while there is something to do, and then as fast as it can.
+    /// Only while there is something to do, then as fast as possible.
     #[default]
     Held,
 }
 
-/// How the line behaves.
+/// Properties of the line.
 #[derive(Debug, Clone, Default)]
 pub struct LineOptions {
     /// How the board's time passes.
@@ -44,11 +44,11 @@ pub struct LineOptions {
     pub faults: Faults,
     /// Faults on the bytes to the board.
     pub faults_to_board: Faults,
-    /// Where what really happened in the latest recording is written, as CSV.
+    /// CSV file of the true events of the latest recording.
     pub truth: Option<PathBuf>,
-    /// The board's micros() when a recording starts, if not what it is.
+    /// The board's micros() at the start of a recording, if it is to be changed.
     pub micros_at_start: Option<u32>,
-    /// The reset line is pulled so long after START, as somebody's finger does, in s.
+    /// Time in s after START at which the board is reset.
     pub reset_after_s: Option<f64>,
 }
 
@@ -63,17 +63,16 @@ pub enum LineError {
     Io(#[from] io::Error),
 }
 
-/// Bytes that wait for the host before the board is made to wait, too.
+/// Most bytes that wait for the host, after which the board waits.
 const MOST_OUTGOING: usize = 4096;
-/// How far real time may run ahead of the board.
+/// Largest lead of real time over the board.
 const MOST_BEHIND: u64 = CLOCK_HZ / 10;
 /// A step of board time.
 const STEP: u64 = CLOCK_HZ / 1000;
-/// How long a board runs after a reset, and after a message, before it is held.
+/// Time that a board runs after a reset, and after a message, before it is held.
 const AFTER_RESET: u64 = CLOCK_HZ / 5;
 const AFTER_MESSAGE: u64 = CLOCK_HZ / 50;
 
-/// Bytes through faults.
 struct Faulty {
     queue: Queue,
     port: FaultyPort<Queue>,
@@ -121,20 +120,20 @@ pub struct Line {
     connected: bool,
     /// Bytes of the host that the board has not received yet.
     said: Vec<u8>,
-    /// The message that the board was told last, and whether it has answered.
+    /// The last message to the board, and whether it has responded.
     told: (Vec<u8>, bool),
     decoder: FrameDecoder,
-    /// Board time until which a held board runs.
+    /// Board time up to which a held board runs.
     runs_until: u64,
     recording: bool,
     started: u64,
     said_alive: u64,
-    /// Wall time and board time of the start of real time.
+    /// Wall time and board time at the start of real time.
     origin: (Instant, u64),
 }
 
 impl Line {
-    /// Puts the board's serial port on `pty`.
+    /// Puts the board's serial port at `pty`.
     pub fn new(board: Board, pty: Pty, options: LineOptions) -> Self {
         Self {
             origin: (Instant::now(), board.cycle()),
@@ -155,7 +154,7 @@ impl Line {
         }
     }
 
-    /// Runs until `stop`; the board comes back.
+    /// Runs until `stop`; returns the board.
     pub fn run(mut self, stop: &AtomicBool) -> Result<Board, LineError> {
         while !stop.load(Ordering::Relaxed) {
             let ready = self.pty.wait(self.patience(), !self.outgoing.is_empty())?;
@@ -163,7 +162,7 @@ impl Line {
                 self.plug(ready.connected)?;
             }
             if !self.connected {
-                // A hang-up shows at once, however long `wait` may wait.
+                // A hang-up returns at once, whatever the timeout of `wait`.
                 thread::sleep(Duration::from_millis(2));
             } else if ready.readable {
                 let mut buffer = [0; 1024];
@@ -196,7 +195,7 @@ impl Line {
         to_do && self.outgoing.len() < MOST_OUTGOING
     }
 
-    /// Some program has opened the line, or closed it.
+    /// Handles opening and closing of the line.
     fn plug(&mut self, connected: bool) -> Result<(), LineError> {
         self.connected = connected;
         if connected {
@@ -222,7 +221,7 @@ impl Line {
 
     fn write_truth(&self) -> Result<(), LineError> {
         if let Some(path) = &self.options.truth {
-            // Put in place whole: whoever kills this finds the old one or the new one.
+            // Renamed when complete: after a kill there is the old or the new one.
             let mut part = path.clone().into_os_string();
             part.push(".part");
             let file = std::fs::File::create(&part)?;
@@ -232,7 +231,7 @@ impl Line {
         Ok(())
     }
 
-    /// Real time: whatever the host says arrives now.
+    /// Real time: bytes of the host arrive now.
     fn follow_wall(&mut self) -> Result<(), LineError> {
         let said = std::mem::take(&mut self.said);
         for frame in said.split_inclusive(|&byte| byte == 0) {
@@ -240,7 +239,7 @@ impl Line {
         }
         let passed = self.origin.0.elapsed().as_secs_f64() * CLOCK_HZ as f64;
         let mut until = self.origin.1 + passed as u64;
-        // On a machine that is too slow the board's time falls behind; it does not hurry after.
+        // On a slow machine the board's time falls behind, and does not catch up.
         if until > self.board.cycle() + MOST_BEHIND {
             until = self.board.cycle() + MOST_BEHIND;
             self.origin = (Instant::now(), until);
@@ -251,7 +250,7 @@ impl Line {
         Ok(())
     }
 
-    /// Held time: one message at a time, and while it records as fast as the host reads.
+    /// Held time: one message at a time, and during a recording as fast as the host reads.
     fn go_on(&mut self) -> Result<(), LineError> {
         for _ in 0..50 {
             if self.recording || self.board.cycle() >= self.runs_until {
@@ -273,9 +272,9 @@ impl Line {
         Ok(())
     }
 
-    /// Tells a held board the host's next message. HELLO needs no asking after a reset, and how often the
-    /// host says ALIVE hangs on the wall clock: neither is passed on. Nor is a message that a hurried host
-    /// says again though its answer is on the way, on a line where nothing goes lost.
+    /// Passes the host's next message to a held board. IDENTIFY is not needed after a reset, and the frequency of
+    /// ALIVE depends on the wall clock: neither is passed on. Nor is a message that the host repeats while its
+    /// response is in transit, on a line without losses.
     fn tell_next(&mut self) {
         let Some(end) = self.said.iter().position(|&byte| byte == 0) else {
             return;
@@ -314,7 +313,7 @@ impl Line {
         self.board.receive(&hurt);
     }
 
-    /// Lets board time pass and hands what the board says to the line.
+    /// Advances board time and sends the board's bytes to the line.
     fn step(&mut self, until: u64) -> Result<(), LineError> {
         self.board.run_until(until)?;
         for sent in self.board.take_sent() {

@@ -1,4 +1,4 @@
-//! The processor: a safe face on simavr.
+//! The processor: a safe interface to simavr.
 
 use std::ffi::{CString, c_char, c_int};
 use std::path::Path;
@@ -6,20 +6,20 @@ use std::ptr::NonNull;
 
 use crate::wiring::Wiring;
 
-/// Cycles in a second of both boards.
+/// Clock frequency of both boards in Hz.
 pub const CLOCK_HZ: u64 = 16_000_000;
 
-/// Most edges that one short run may hold.
+/// Most edges in one call.
 pub const MAX_EDGES: usize = 1024;
 
-/// Most events that one short run may hold.
+/// Most events in one call.
 const MAX_EVENTS: usize = 4096;
 
 /// A change of the encoder's pins.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Edge {
-    /// When.
+    /// Its cycle.
     pub cycle: u64,
     /// Counts of the encoder from then on.
     pub count: i64,
@@ -27,25 +27,25 @@ pub struct Edge {
     pub levels: u8,
 }
 
-/// Kind of event inside the processor.
+/// Kind of event in the processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
     /// The serial port began to send a byte.
     Byte(u8),
     /// Timer1 matched: a sample is due.
     TickDue,
-    /// Timer1's interrupt began: the sample is taken, and no edge can come between any more.
+    /// Timer1's interrupt began: the sample is taken, without further edges.
     TickEntered,
 }
 
-/// Something that has happened inside the processor.
+/// An event in the processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
-    /// When.
+    /// Its cycle.
     pub cycle: u64,
-    /// Counts by the encoder's pins until then.
+    /// Counts at the encoder's pins until then.
     pub count: i64,
-    /// What.
+    /// Its kind.
     pub kind: EventKind,
 }
 
@@ -87,10 +87,10 @@ unsafe extern "C" {
     fn shim_symbol(shim: *const Shim, name: *const c_char) -> u16;
 }
 
-/// Why there is no processor, or no more.
+/// Errors of the processor.
 #[derive(Debug, thiserror::Error)]
 pub enum McuError {
-    /// simavr does not take the firmware.
+    /// simavr rejects the firmware.
     #[error("simavr cannot run {elf} on a {processor}")]
     NotLoaded {
         /// The firmware.
@@ -98,18 +98,18 @@ pub enum McuError {
         /// The processor.
         processor: &'static str,
     },
-    /// The firmware ran into something that no program should do.
+    /// The firmware crashed.
     #[error("the processor stopped at cycle {cycle} (simavr's state {state})")]
     Stopped {
-        /// When.
+        /// Cycle.
         cycle: u64,
-        /// simavr's number of the state.
+        /// State number of simavr.
         state: i32,
     },
-    /// More happened in one short run than there is room for.
+    /// More events in one call than the buffer holds.
     #[error("too many events before cycle {cycle}")]
     TooManyEvents {
-        /// When.
+        /// Cycle.
         cycle: u64,
     },
 }
@@ -171,7 +171,7 @@ impl Mcu {
         unsafe { shim_data(self.shim.as_ptr(), address) }
     }
 
-    /// Overwrites a variable of the firmware, little end first; `false` if it has none of that name.
+    /// Overwrites a variable of the firmware, little-endian; `false` if there is none of this name.
     pub fn poke(&mut self, symbol: &str, value: u32) -> bool {
         let Some(address) = self.symbol(symbol) else {
             return false;
@@ -190,13 +190,11 @@ impl Mcu {
         (address != 0).then_some(address)
     }
 
-    /// Counts by the encoder's pins until now.
     pub fn count(&self) -> i64 {
         // SAFETY: `shim` is valid until drop.
         unsafe { shim_count(self.shim.as_ptr()) }
     }
 
-    /// Pulls the reset line.
     pub fn reset(&mut self) {
         // SAFETY: `shim` is valid until drop.
         unsafe { shim_reset(self.shim.as_ptr()) }
@@ -208,14 +206,14 @@ impl Mcu {
         unsafe { shim_receive(self.shim.as_ptr(), byte) }
     }
 
-    /// Takes over the edges to come, in order of time; those set before and not yet come are forgotten.
+    /// Sets the coming edges, in order of time; pending earlier ones are discarded.
     pub fn set_edges(&mut self, edges: &[Edge]) {
         let edges = &edges[..edges.len().min(MAX_EDGES)];
         // SAFETY: the slice is valid through the call, which copies it.
         unsafe { shim_set_edges(self.shim.as_ptr(), edges.as_ptr(), edges.len() as u32) }
     }
 
-    /// Runs until `cycle`, or the end of the instruction that passes it, and tells what happened.
+    /// Runs until `cycle`, or the end of the instruction that passes it, and returns the events.
     pub fn run(&mut self, until: u64, events: &mut Vec<Event>) -> Result<(), McuError> {
         // SAFETY: `shim` is valid until drop; the buffer has room for all that the C side keeps.
         let (state, count) = unsafe {

@@ -1,4 +1,4 @@
-//! True events on the board, beside what it sent.
+//! True events on the board, for comparison with what it sent.
 
 use std::io::{self, Write};
 
@@ -9,22 +9,22 @@ use crate::board::{Drive, seconds};
 pub struct Tick {
     /// Cycle at which the timer matched.
     pub due: u64,
-    /// Cycle at which its interrupt began: the true instant of the sample.
+    /// Cycle at which its interrupt began: the true time of the sample.
     pub entered: u64,
     /// Counts by the encoder's pins until then.
     pub count: i64,
-    /// The wheel's true angle then, in counts; the count is the whole part of it.
+    /// The wheel's true angle then, in counts; the count is its integral part.
     pub angle_counts: f64,
     /// Its rate.
     pub counts_per_s: f64,
 }
 
-/// The log of a board's life.
+/// Log of true events.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Truth {
     /// Every tick, first to last.
     pub ticks: Vec<Tick>,
-    /// Every change of the driver's pins with its cycle, known to 10 us.
+    /// Every change of the driver's pins with its cycle, to within 10 us.
     pub drives: Vec<(u64, Drive)>,
     /// Cycle at which the latest byte reached the board.
     pub last_received: u64,
@@ -33,8 +33,8 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Writes the ticks as CSV: `tick,due_s,entered_s,count,angle_counts,motor_v`; the voltage is the one
-    /// at the motor when the tick came.
+    /// Writes the ticks as CSV: `tick,due_s,entered_s,count,angle_counts,motor_v`, with the voltage at the motor at
+    /// the tick.
     pub fn write_csv(&self, mut output: impl Write) -> io::Result<()> {
         writeln!(output, "tick,due_s,entered_s,count,angle_counts,motor_v")?;
         let mut drives = self.drives.iter().peekable();

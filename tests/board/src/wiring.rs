@@ -1,4 +1,4 @@
-//! Which register and bit each of the sketch's pins is, on each board.
+//! Registers and bits of the sketch's pins on each board.
 
 use std::path::Path;
 
@@ -22,8 +22,7 @@ pub struct Output {
     pub bit: u8,
 }
 
-/// Where the signals are, from the data sheets of both processors and the pin tables of the core's
-/// variants.
+/// Registers of the signals, from the data sheets of both processors and the pin tables of the core's variants.
 #[derive(Debug)]
 pub struct Wiring {
     /// simavr's name of the processor.
@@ -82,7 +81,7 @@ const MEGA: Wiring = Wiring {
     led: output(0x25, 7),
 };
 
-/// DDR stands right before PORT in both processors.
+/// DDR directly precedes PORT in both processors.
 const fn output(port: u16, bit: u8) -> Output {
     Output {
         port,
@@ -95,7 +94,6 @@ impl BoardKind {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Uno, Self::Mega];
 
-    /// Where its signals are.
     pub fn wiring(self) -> &'static Wiring {
         match self {
             Self::Uno => &UNO,
@@ -103,7 +101,6 @@ impl BoardKind {
         }
     }
 
-    /// The sketch, compiled for it.
     pub fn firmware(self) -> &'static Path {
         Path::new(match self {
             Self::Uno => env!("UNO_ELF"),

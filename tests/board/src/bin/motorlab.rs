@@ -1,4 +1,4 @@
-//! The `motorlab` command, as in the project, so that its recordings of the board can be tested here.
+//! The project's `motorlab` command, for tests of its recordings of the board.
 
 use std::process::ExitCode;
 

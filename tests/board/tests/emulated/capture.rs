@@ -1,4 +1,4 @@
-//! `motorlab capture` of the emulated boards, through a pseudo-terminal, against the truth.
+//! `motorlab capture` of the emulated boards, through a pseudo-terminal, compared with the true events.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,7 +17,7 @@ use motorlab::motor::Motor;
 use crate::command::{Finished, RunFile, run, start};
 use crate::support::micros;
 
-/// A recording: what the command said, its file, and what really happened.
+/// A recording: output of the command, its file, and the true events.
 struct Recorded {
     finished: Finished,
     file: RunFile,
@@ -54,7 +54,7 @@ fn record_shaft(
     }
 }
 
-/// A board on a line, in a thread of its own.
+/// A board on a line, in a thread.
 struct Plugged {
     path: String,
     stop: Arc<AtomicBool>,
@@ -76,7 +76,6 @@ impl Plugged {
         Self { path, stop, line }
     }
 
-    /// True events on the board.
     fn unplug(self) -> Truth {
         self.stop.store(true, Ordering::Relaxed);
         let board = self.line.join().expect("no panic").expect("the board ran");
@@ -84,7 +83,7 @@ impl Plugged {
     }
 }
 
-/// Every row of the file is the true one; rows may be missing.
+/// Every row of the file is true; rows may be missing.
 fn assert_rows_true(recorded: &Recorded) {
     let sequence = recorded.file.column("seq");
     let counts = recorded.file.column("counts");
@@ -250,7 +249,7 @@ fn captures_of_a_held_start_are_the_same() {
             LineOptions::default(),
             &["--duration", "1"],
         );
-        // As text; the host's own times are left out.
+        // As text, without the host's times.
         let host_time = recorded
             .file
             .columns
@@ -265,7 +264,7 @@ fn captures_of_a_held_start_are_the_same() {
     assert_eq!(rows(), rows());
 }
 
-/// In real time, since a held board stands still when nobody speaks.
+/// In real time, since a held board stands still without messages.
 #[test]
 fn the_motor_stops_when_the_recorder_is_killed() {
     let options = LineOptions {
@@ -288,7 +287,7 @@ fn the_motor_stops_when_the_recorder_is_killed() {
     }
     capture.kill().expect("killed");
     capture.wait().expect("dead");
-    // Enough even where the board's time falls behind the wall's by half.
+    // Enough even if the board's time falls behind the wall clock by half.
     thread::sleep(Duration::from_millis(1500));
     let truth = plugged.unplug();
     let (stopped, drive) = *truth.drives.last().expect("a drive");
@@ -305,7 +304,7 @@ fn real_time_is_recorded_too() {
         pace: Pace::RealTime,
         ..LineOptions::default()
     };
-    // A computer too busy to run the recorder for half a second has broken the link, as it should.
+    // On a busy computer the link may correctly time out after half a second.
     let whole = (0..4).any(|_| {
         let recorded = record(BoardKind::Uno, options.clone(), &["--duration", "1"]);
         assert_rows_true(&recorded);

@@ -75,7 +75,7 @@ fn noise_on_the_line_to_the_board_is_no_good_frame() {
     host.ask(&HostMessage::Start { samples: 0 })
         .expect("started");
     host.alive = false;
-    // Bytes without end, none of them a frame: the board must still stop the motor.
+    // Endless bytes without a frame: the board must still stop the motor.
     let mut noise = 1_u32;
     for _ in 0..700 {
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -111,7 +111,7 @@ fn a_damaged_message_is_passed_over_and_the_next_one_taken() {
             host.board.receive(&hurt[..length]);
             host.run_for(0.003).expect("it runs");
             assert_eq!(host.take_heard(), [], "bit {bit}");
-            // A bit flip may take the end of the frame away or put one in: the next 0 is in step.
+            // A bit flip may remove or insert the end of the frame: the next 0 resynchronizes.
             host.board.receive(&[0]);
             assert_eq!(host.ask(&configure).expect("taken"), 0, "after bit {bit}");
         }

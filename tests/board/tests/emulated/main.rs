@@ -1,4 +1,4 @@
-//! The sketch on emulated boards, compared with what really happened on them.
+//! The sketch on emulated boards, compared with the true events.
 
 mod capture;
 mod faults;

@@ -1,4 +1,4 @@
-//! Answers of the sketch, message by message; its frames are compared with the crate's, byte by byte.
+//! Responses of the sketch, message by message; its frames are compared bytewise with the crate's.
 
 use emulated_board::wiring::BoardKind;
 use firmware_protocol::host_message::kind;
@@ -9,7 +9,7 @@ use firmware_protocol::{
 
 use crate::support::with_motor;
 
-/// The frames that the crate's tests take, too.
+/// The test vectors of the crate.
 const VECTORS: &str = include_str!("../../../../firmware-protocol/vectors/frames.txt");
 
 fn vector(name: &str) -> Vec<u8> {
@@ -22,7 +22,7 @@ fn vector(name: &str) -> Vec<u8> {
         .collect()
 }
 
-/// Answer of the board within 50 ms of raw bytes.
+/// Responses of the board within 50 ms of raw bytes.
 fn answers(host: &mut emulated_board::host::Host, bytes: &[u8]) -> Vec<BoardMessage> {
     host.take_heard();
     host.board.receive(bytes);
@@ -83,7 +83,7 @@ fn the_boards_frames_are_the_crates() {
             .expect("configured");
         host.ask(&HostMessage::Start { samples: 200 })
             .expect("started");
-        // The host's own ears are not used: here the bytes themselves count.
+        // Without the host's decoder: the bytes themselves are compared.
         let mut raw = Vec::new();
         for _ in 0..800 {
             let now = host.board.cycle();

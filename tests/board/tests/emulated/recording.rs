@@ -1,4 +1,4 @@
-//! Recordings in which nothing goes wrong.
+//! Recordings without faults.
 
 use emulated_board::mcu::CLOCK_HZ;
 use emulated_board::wiring::BoardKind;
@@ -38,7 +38,7 @@ fn every_sample_of_a_step_is_the_true_one() {
             }
             for pair in ticks.windows(2) {
                 let cycles = u64::from(sample_time_us) * CLOCK_HZ / 1_000_000;
-                // simavr sees a match at the end of an instruction: some cycles of 16 to the us.
+                // simavr reports a match at the end of an instruction: some cycles of 16 per us.
                 assert!((pair[1].due - pair[0].due).abs_diff(cycles) <= 8);
             }
             let late = ticks.iter().map(|tick| tick.entered - tick.due).max();
@@ -111,7 +111,7 @@ fn the_board_records_what_the_simulation_says() {
         };
         let run = simulate(&Motor::default(), &drive, &SimulationOptions::default())
             .expect("a simulation");
-        // PWM has 255 steps and the command is out some 30 us after the tick: a few counts over the run.
+        // PWM has 255 steps and the command is applied some 30 us after the tick: a few counts over the run.
         let apart = heard
             .iter()
             .zip(&run.counts)

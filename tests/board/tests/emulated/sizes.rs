@@ -4,10 +4,10 @@ use std::process::Command;
 
 use emulated_board::wiring::BoardKind;
 
-/// The sketch's README, whose figures these are.
+/// The sketch's README with the documented figures.
 const README: &str = include_str!("../../../../firmware-protocol/arduino/motorlab/README.md");
 
-/// Flash and RAM without the stack, in bytes, as the linker has laid them out.
+/// Flash, and RAM without the stack, in bytes, from the linker.
 fn sizes(kind: BoardKind) -> (u32, u32) {
     let output = Command::new("avr-size").arg(kind.firmware()).output();
     let text = String::from_utf8(output.expect("avr-size runs").stdout).expect("text");
@@ -24,7 +24,7 @@ fn sizes(kind: BoardKind) -> (u32, u32) {
     (code + initialised, initialised + zeroed)
 }
 
-/// The figure in kB that the README has in `row` for a board.
+/// The documented figure in kB in `row` for a board.
 fn documented(row: &str, kind: BoardKind) -> f64 {
     let line = README.lines().find(|line| line.contains(row));
     let cells: Vec<&str> = line.expect("the row").split('|').collect();
@@ -45,9 +45,9 @@ fn the_sketch_fits_and_is_as_large_as_its_readme_says() {
         let (flash, ram) = sizes(kind);
         println!("{kind:?}: {flash} bytes of flash, {ram} of RAM");
         assert!(flash < flash_limit, "{flash}");
-        // Nested interrupts, a frame and its callers' frames lie on the stack.
+        // The stack has nested interrupts, a frame and its callers' frames.
         assert!(ram + 512 < ram_limit, "{ram} leaves too little stack");
-        // Compilers differ by some per cent.
+        // Compilers differ by some percent.
         for (row, bytes) in [("| flash (", flash), ("| RAM (", ram)] {
             let said = documented(row, kind) * 1000.0;
             assert!((f64::from(bytes) / said - 1.0).abs() < 0.15, "{row} {said}");

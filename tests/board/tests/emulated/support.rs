@@ -1,4 +1,4 @@
-//! A board with the handout's motor, and what a recording of it must be like.
+//! A board with the handout's motor, and checks of its recordings.
 
 use emulated_board::bench::{MotorShaft, Shaft};
 use emulated_board::board::Board;
@@ -9,7 +9,7 @@ use emulated_board::wiring::BoardKind;
 use firmware_protocol::{BoardMessage, EndReason, Sample};
 use motorlab::motor::Motor;
 
-/// A board that has said HELLO, with the handout's motor.
+/// A board after HELLO, with the handout's motor.
 pub fn with_motor(kind: BoardKind) -> Host {
     with_shaft(
         kind,
@@ -17,14 +17,14 @@ pub fn with_motor(kind: BoardKind) -> Host {
     )
 }
 
-/// A board that has said HELLO, with any shaft.
+/// A board after HELLO, with any shaft.
 pub fn with_shaft(kind: BoardKind, shaft: impl Shaft + 'static) -> Host {
     let mut host = Host::new(Board::new(kind, shaft).expect("a board"));
     host.hello().expect("HELLO");
     host
 }
 
-/// END of a recording in which nothing was dropped.
+/// END of a recording without losses.
 pub fn complete(samples: u32) -> BoardMessage {
     BoardMessage::End {
         taken: samples,
@@ -33,13 +33,12 @@ pub fn complete(samples: u32) -> BoardMessage {
     }
 }
 
-/// Cycles in microseconds.
 pub fn micros(cycles: u64) -> f64 {
     cycles as f64 * 1e6 / CLOCK_HZ as f64
 }
 
-/// Holds every sample against its tick: the count is exactly the true one, and time continues as true time
-/// does, to micros()'s steps of 4 us and the few us after the tick at which it is read.
+/// Compares every sample with its tick: the count is exact, and time differences are true within micros()'s
+/// resolution of 4 us and the few us after the tick at which it is read.
 pub fn assert_true(samples: &[Sample], ticks: &[Tick]) {
     assert!(!samples.is_empty() && samples.len() <= ticks.len());
     let mut index = usize::from(samples[0].sequence);
@@ -51,7 +50,7 @@ pub fn assert_true(samples: &[Sample], ticks: &[Tick]) {
         let tick = &ticks[index];
         assert_eq!(i64::from(sample.counts), tick.count, "{sample:?} {tick:?}");
         let shown = tick.angle_counts.floor() as i64;
-        // An edge comes at the end of an instruction, within 1 us.
+        // An edge is detected at the end of an instruction, within 1 us.
         let moved = tick.counts_per_s.abs() * 1e-6 + 1e-3;
         let near_edge = (tick.angle_counts - tick.angle_counts.round()).abs() < moved;
         assert!(shown == tick.count || near_edge, "{tick:?}");
