@@ -1,5 +1,6 @@
 //! `motorlab capture`: record a run from a board.
 
+use std::any::Any;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -272,11 +273,11 @@ impl Capture {
                 profile: profile.to_owned(),
             };
             if let Some(view) = LiveView::show(live, run) {
-                return Ok(Display::Live(view));
+                return Ok(Box::new(view));
             }
             output.message("standard error is no terminal: recording without --live");
         }
-        Ok(Display::Line(ProgressLine::show(live)))
+        Ok(Box::new(ProgressLine::show(live)))
     }
 
     /// The virtual board, if the port names one.
@@ -362,11 +363,7 @@ impl Capture {
 }
 
 /// Display of a recording; dropping it ends it.
-#[allow(dead_code, reason = "held for what their dropping does")]
-pub(super) enum Display {
-    Live(LiveView),
-    Line(ProgressLine),
-}
+pub(super) type Display = Box<dyn Any>;
 
 /// An existing file is not overwritten, and the message comes before the recording.
 pub(super) fn say_free_name(output: &Output, asked: &Path) {
