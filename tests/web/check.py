@@ -182,6 +182,7 @@ def a_board_that_prints_text_is_recorded_over_web_serial(browser, folder):
     browser.click("#record")
     browser.wait("document.getElementById('record-said').textContent.includes('Counts per revolution')")
     assert browser.run("document.activeElement.id") == "text-counts"
+    assert "\nhint: " in browser.run("document.getElementById('record-said').textContent")
     browser.call("Input.insertText", text="720")
     browser.click("#record")
     browser.wait(f"{RUNS} === 1")

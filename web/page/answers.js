@@ -1,4 +1,4 @@
-// Check, compare, diagnose: the question, how far it is, and the answer with its downloads.
+// Check, compare, diagnose: question, progress, and answer with downloads.
 const VERBS = { check: 'check_runs', compare: 'compare_runs', diagnose: 'diagnose_runs' };
 const LONG = {
   check: 'Errors of the recordings themselves',
@@ -20,7 +20,7 @@ function setAsking(is) {
   showChoice();
 }
 
-/** The command line that asks the program the same. */
+/** The equivalent command line of the program. */
 function commandLine(name, motor) {
   const words = ['motorlab', name, ...chosen().map((run) => (/^[\w.+-]+$/.test(run.name) ? run.name : `'${run.name}'`))];
   if (motor.motor) words.push('--motor motor.toml');

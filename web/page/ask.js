@@ -1,7 +1,7 @@
-// Used by all parts of the page: elements, the worker, downloads. Text from files only ever becomes text.
+// Shared by all parts of the page: elements, the worker, downloads. Text from files is never parsed as markup.
 const $ = (id) => document.getElementById(id);
 
-/** An element with properties and children; strings become text, never markup. */
+/** An element with properties and children; strings become text nodes. */
 function make(name, properties = {}, ...children) {
   const one = document.createElement(name);
   for (const [key, value] of Object.entries(properties)) {
@@ -12,10 +12,17 @@ function make(name, properties = {}, ...children) {
   return one;
 }
 
-/** A text whose names stand between backticks, for `make`. */
+/** A text with code between backticks, as children of `make`. */
 const withCode = (text) => text.split('`').map((part, k) => (k % 2 ? make('code', {}, part) : part));
 
-/** Says something to people and to screen readers. */
+/** An error with a hint on a line of its own, as the program's. */
+class Hinted extends Error {
+  constructor(what, hint) {
+    super(`${what}\nhint: ${hint}`);
+  }
+}
+
+/** Shows a message, also to screen readers. */
 function say(where, text, isError = false) {
   where.textContent = text;
   where.classList.toggle('error', isError);
@@ -28,7 +35,7 @@ function bytesOf(base64) {
   return bytes;
 }
 
-// The program stands at the end of the page, so that the page is seen before it is there.
+// The program is at the end of the page, so that the page is visible before it has arrived.
 const arrived = new Promise((resolve) => addEventListener('DOMContentLoaded', resolve));
 
 let compiling;
@@ -64,7 +71,7 @@ class Program {
       else if (data.send) this.onSend(data.send);
       else this.answered(data);
     };
-    this.worker.onerror = (event) => this.end(event.message || 'the worker does not start');
+    this.worker.onerror = (event) => this.end(`the program does not start: ${event.message || 'no worker'}\nhint: load the page again, in a current version of the browser`);
   }
 
   answered({ id, answer, error, isFatal }) {
@@ -73,13 +80,13 @@ class Program {
     if (error === undefined) asked?.resolve(answer);
     else if (!isFatal) asked?.reject(new Error(error));
     else {
-      const why = `the program failed: ${error}; the recordings on this page are kept`;
+      const why = `the program failed: ${error}\nhint: the recordings on this page are kept; save them before you try again`;
       asked?.reject(new Error(why));
       this.end(why);
     }
   }
 
-  /** Asks and waits for the answer as text. */
+  /** Calls a function of the program; resolves to its result as text. */
   async ask(verb, ...values) {
     if (!this.worker) await (this.beginning ??= this.begin());
     const id = ++this.last;
@@ -89,17 +96,17 @@ class Program {
     });
   }
 
-  /** The same, of an answer in JSON. */
+  /** The same for a result in JSON. */
   async document(verb, ...values) {
     return JSON.parse(await this.ask(verb, ...values));
   }
 
-  /** Tells it something that has no answer. */
+  /** Calls a function without a result. */
   tell(verb, ...values) {
     this.worker?.postMessage({ verb, values });
   }
 
-  /** Ends what it computes. The next question begins a new one. */
+  /** Ends the present computation. The next call starts a new worker. */
   end(why) {
     this.worker?.terminate();
     this.worker = this.beginning = undefined;
@@ -108,7 +115,7 @@ class Program {
   }
 }
 
-// Answers and recordings each have a worker: a recording goes on while a diagnosis computes.
+// Separate workers, so that a recording continues during a diagnosis.
 const program = new Program();
 const recorder = new Program();
 
@@ -121,5 +128,5 @@ function download(name, content, type) {
 const downloadButton = (label, name, content, type) =>
   make('button', { type: 'button', onclick: () => download(name(), content(), type) }, label);
 
-/** A number for people: four digits that count. */
+/** A number with four significant digits. */
 const shown = (value) => String(Number(value.toPrecision(4)));

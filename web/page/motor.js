@@ -1,6 +1,6 @@
-// The motor: the handout's, numbers of a form, of a data sheet or of a file, or one that is fitted. SI inside, units as people like.
+// The motor: the handout's, values of a form, of a data sheet or of a file, or a fitted one. SI inside, other units in the forms.
 const RPM = (2 * Math.PI) / 60;
-// Names, default in SI, and units with what one of them is in SI.
+// Names, default in SI, and units with their factor to SI.
 const TORQUES = { 'N m': 1, 'N cm': 0.01, 'mN m': 0.001, 'kg cm': 0.0980665, 'oz in': 0.00706155 };
 const INERTIAS = { 'kg m²': 1, 'kg cm²': 1e-4, 'g cm²': 1e-7 };
 const INDUCTANCES = { mH: 1e-3, H: 1, 'µH': 1e-6 };
@@ -27,7 +27,7 @@ const SHEET = {
   supply_v: ['Supply of the driver', { V: 1 }, 12],
 };
 
-/** A field of a number with its unit: what it holds in SI is `read()`. */
+/** A field of a number with its unit; `read()` returns its value in SI. */
 function quantity(prefix, key, [label, units], value) {
   const input = make('input', { id: `${prefix}-${key}`, inputMode: 'decimal', autocomplete: 'off' });
   const names = Object.keys(units);
@@ -75,13 +75,13 @@ function numbers(fields) {
     values[key] = field.read();
     if (!Number.isFinite(values[key]) || field.input.value.trim() === '') {
       field.input.focus();
-      throw new Error(`${field.label}: '${field.input.value}' is no number`);
+      throw new Hinted(`${field.label}: '${field.input.value}' is no number`, 'enter digits with a point or a comma, without the unit');
     }
   }
   return JSON.stringify(values);
 }
 
-/** The motor as a question has it: a motor file, nothing for the handout's motor, or a fit. */
+/** The motor of a question: a motor file, nothing for the handout's motor, or a fit. */
 async function motorAsked() {
   switch (motorKind()) {
     case 'form':
@@ -89,7 +89,7 @@ async function motorAsked() {
     case 'sheet':
       return { motor: await program.ask('motor_of_data_sheet', numbers(sheetFields)) };
     case 'file':
-      if (!motorFileText) throw new Error('Motor: choose a motor file first');
+      if (!motorFileText) throw new Hinted('Motor: no file is chosen', 'choose a motor file, or another motor above');
       return { motor: motorFileText };
     case 'fit':
       return { fit: true };
@@ -109,7 +109,7 @@ function chooseHandout() {
   showMotor();
 }
 
-/** A log of another program is of a motor that nobody has described: as in the program, it is fitted unless another is chosen. */
+/** The motor of a foreign log is unknown: as in the program, it is fitted unless another is chosen. */
 function proposeFit() {
   if (isMotorChosen) return;
   document.querySelector('input[name=motor][value=fit]').checked = true;

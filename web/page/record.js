@@ -1,4 +1,4 @@
-// Recording: from the virtual board, or from a board at the browser's serial port. The protocol is the program's; the page moves bytes.
+// Recording from the virtual board, or from a board at the browser's serial port. The page passes bytes; the protocol is the program's.
 let port;
 let writer;
 let reader;
@@ -19,10 +19,19 @@ function showSource() {
   $('stop-record').hidden = !isRecording;
 }
 
-/** Opens the port that the user chooses, and hands its bytes to the recorder. */
+/** Opens the port that the user chooses, and passes its bytes to the recorder. */
 async function openPort(baudRate) {
-  port = await navigator.serial.requestPort();
-  await port.open({ baudRate, bufferSize: 65536 });
+  try {
+    port = await navigator.serial.requestPort();
+  } catch (error) {
+    if (error.name !== 'NotFoundError') throw error;
+    throw new Hinted('No port was chosen', "press Record again and choose the board's port; without one in the list, plug the board in");
+  }
+  try {
+    await port.open({ baudRate, bufferSize: 65536 });
+  } catch (error) {
+    throw new Hinted(`The port does not open: ${error.message}`, 'close other programs and pages that use the port, or plug the board in again');
+  }
   writer = port.writable.getWriter();
   recorder.onSend = (bytes) => writer?.write(bytes).catch(() => recorder.tell('serial_gone'));
   const { usbVendorId: vendor, usbProductId: product } = port.getInfo?.() ?? {};
@@ -41,7 +50,7 @@ async function readPort() {
           recorder.tell('serial_received', value);
         }
       } catch (error) {
-        // A framing error ends one reader and not the port.
+        // A framing error ends one reader but not the port.
         if (error.name === 'NetworkError') break;
       } finally {
         reader.releaseLock();
@@ -61,7 +70,7 @@ async function closePort() {
   await open?.close().catch(() => {});
 }
 
-// The live plot: speed over time with the command, the last points that fit the width.
+// The live plot: speed and command over time, the most recent points.
 const MOST_POINTS = 4000;
 let plot;
 let drawn;
@@ -120,25 +129,25 @@ async function recordRun(order, name) {
   }
 }
 
-/** The number of an input; people write a comma, too. */
+/** The number in an input, with a decimal point or comma. */
 const numberIn = (id) => Number($(id).value.trim().replace(',', '.') || NaN);
 
 function orderOf(fields) {
   const duration = numberIn('duration');
-  // A board that prints text has a sample time of its own.
+  // A board that prints text determines its sample time.
   const sample = fields.kind === 'text' ? 0 : numberIn('sample-time') / 1000;
-  if (!(duration > 0 && duration <= 3600)) throw new Error('Duration: seconds, up to an hour');
-  if (fields.kind !== 'text' && !(sample >= 0.0001 && sample <= 60)) throw new Error('Sample time: 0.1 ms to 60 s');
+  if (!(duration > 0 && duration <= 3600)) throw new Hinted('Duration: out of range', 'enter seconds above 0, up to 3600');
+  if (fields.kind !== 'text' && !(sample >= 0.0001 && sample <= 60)) throw new Hinted('Sample time: out of range', 'enter milliseconds from 0.1 to 60000');
   return { profile: $('profile').value, duration_s: duration, sample_time_s: sample, source: fields };
 }
 
-/** A board that prints text, as the form describes it. */
+/** Settings of a board that prints text, from the form. */
 function textBoard() {
   const above0 = (id, name) => {
     const value = numberIn(id);
     if (value > 0) return value;
     $(id).focus();
-    throw new Error(`${name}: enter a number above 0`);
+    throw new Hinted(`${name}: no number above 0`, 'enter digits with a point or a comma, without the unit');
   };
   return {
     kind: 'text',
@@ -150,7 +159,7 @@ function textBoard() {
   };
 }
 
-/** The virtual board's motor: one that is still to be fitted is none. */
+/** The virtual board's motor: the handout's in place of a fit. */
 async function motorOfBench() {
   if (motorKind() === 'fit') chooseHandout();
   const asked = await motorAsked();
@@ -172,7 +181,7 @@ async function record() {
     readPort();
     await recording;
   } catch (error) {
-    say($('record-said'), error.name === 'NotFoundError' ? 'No port was chosen.' : error.message, true);
+    say($('record-said'), error.message, true);
   } finally {
     await closePort();
   }

@@ -104,7 +104,7 @@ async function look(file, form = {}) {
   return null;
 }
 
-/** The fields that a log needs. A reason may name a second one, as in `--position x:UNIT or --speed x:UNIT`. */
+/** The fields of missing facts. A reason may name a second one, as in `--position x:UNIT or --speed x:UNIT`. */
 function fieldsOf(missing, form) {
   const fields = new Map();
   const add = (key, example, why) => FIELDS[key] && !fields.has(key) && fields.set(key, { example, why });
@@ -117,7 +117,7 @@ function fieldsOf(missing, form) {
 }
 
 let asked = 0;
-/** A field of the form with its label, its reason, and the column that is proposed in each unit. */
+/** A field of the form with its label, its reason, and the proposed column in each unit. */
 function field(key, { example, why }, value) {
   const [label, hint, units] = FIELDS[key];
   const id = `ask-${++asked}`;
@@ -130,7 +130,7 @@ function field(key, { example, why }, value) {
     make('span', { className: 'faint', id: `${id}-why` }, ...withCode(why)));
 }
 
-/** A form that asks what a log lacks. */
+/** A form for the missing facts of a log. */
 function question(file, form, found) {
   const box = make('form', { className: 'card' });
   const fields = fieldsOf(found.missing, form);

@@ -58,7 +58,7 @@ async function recordWith(effects, experiment, name, next) {
   for (const run of runs) run.isChosen = false;
   const run = await recordRun(order, name);
   if (run) {
-    // The answer to another recording is no answer to this one.
+    // The present answer is about another recording.
     $('answer').replaceChildren();
     say($('answer-said'), next);
     $('ask').scrollIntoView();
@@ -75,7 +75,7 @@ $('try').onclick = async () => {
 };
 $('hide').onclick = async () => {
   const told = await offers;
-  // Effects that no recording separates from the motor's parameters would be no fair question.
+  // Only effects that a recording separates from the motor's parameters.
   const fair = told.effects.filter((entry) => !entry.twin && !entry.random);
   hidden = fair[crypto.getRandomValues(new Uint32Array(1))[0] % fair.length];
   $('reveal').hidden = true;
@@ -95,7 +95,7 @@ $('example').onclick = async () => {
 window.motorlab = program;
 
 offers = program.document('offered', '');
-offers.then(layOffers).catch((error) => say($('look-said'), error.message, true));
+offers.then(layOffers).catch((error) => say($('look-said'), error.message.includes('hint:') ? error.message : `${error.message}\nhint: load the page in a current version of Chrome, Edge, Firefox or Safari`, true));
 showRuns();
 showMotor();
 showSource();

@@ -1,8 +1,8 @@
-// The worker: the program itself, one question after the other. The page ends it to stop what it computes.
+// The worker with the program, one call after the other. The page terminates it to stop a computation.
 'use strict';
 self.motorlabReport = (text) => postMessage({ report: JSON.parse(text) });
 self.motorlabSend = (bytes) => postMessage({ send: bytes.slice() });
-// A recording is a task of its own: its failure reaches nobody else.
+// A recording is a separate task, whose failure is reported here only.
 self.onunhandledrejection = ({ reason }) => postMessage({ error: reason?.message || String(reason), isFatal: true });
 let begun;
 onmessage = async ({ data }) => {
