@@ -1,14 +1,13 @@
-//! A position that stands still where it cannot.
+//! Position or command stuck: a position that does not change under a command that exceeds every dead zone.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use crate::recording::CommandKind;
 
-/// Share of the supply beyond which no dead zone of the catalogue holds a shaft (its range ends at 40 %), and gravity, which
-/// takes up to 70 %, does so in one direction at most.
+/// Share of the supply above which no dead zone of the catalogue (up to 40 %) holds the shaft; gravity, up to 70 %,
+/// does so in one direction at most.
 const HELD: f64 = 0.5;
 const HELD_ONE_WAY: f64 = 0.7;
-/// Fewest samples at such a command.
 const FEWEST_SAMPLES: usize = 20;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -23,7 +22,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     {
         return Vec::new();
     }
-    // One count is dither on an edge.
+    // One count: dither on an encoder edge.
     let first = run.counts.first().copied().unwrap_or(0);
     let moved = run.counts.iter().any(|count| count.abs_diff(first) > 1);
     let beyond = |level_v: f64| run.command.iter().filter(|u| **u > level_v).count();

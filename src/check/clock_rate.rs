@@ -1,15 +1,15 @@
-//! The board's clock runs at another rate than the host's.
+//! Rate error of the board's clock relative to the host's.
 
 use super::finding::{Finding, Kind, Severity};
 use super::host_clock::host_clock;
 use super::subject::Subject;
 
-/// A ceramic resonator, as on an Arduino Uno, is off by at most this share (the usual data sheet's tolerance).
+/// Tolerance of a ceramic resonator, as on an Arduino Uno (data sheet value).
 const RESONATOR: f64 = 0.005;
-/// The earliest arrivals scatter by so much in s: a USB bridge flushes every 1 to 16 ms, and the earliest come just before.
+/// Scatter of the earliest arrivals in s: a USB bridge flushes every 1 to 16 ms.
 const ARRIVALS_S: f64 = 0.004;
-/// Further off than this share it is no clock that is off: the catalogue's `clock_error` ends at 0.1. A simulated board may
-/// be in a hurry.
+/// Largest rate error that is a clock error: the catalogue's `clock_error` ends at 0.1. Beyond it a simulated board
+/// may run faster than real time.
 pub(super) const WIDEST: f64 = 0.12;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {

@@ -1,10 +1,10 @@
-//! A voltage command that lies beyond what the driver's supply can give.
+//! Voltage commands above the driver's supply.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use crate::recording::CommandKind;
 
-/// Share of the supply by which a command may lie above it: the tenth that the contract of `check` states.
+/// Tolerance of the supply: commands up to 10 % above it pass, as the contract of `check` states.
 const ALLOWED: f64 = 0.1;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -16,7 +16,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     if run.command_kind != CommandKind::Voltage || !subject.has("command") {
         return Vec::new();
     }
-    // Where the supply is measured and higher than stated, that is what there was.
+    // A measured supply above the stated one replaces it.
     let supply_v = |sample: usize| {
         let measured = run.measured_supply_v.as_ref().and_then(|v| v.get(sample));
         measured.map_or(stated_v, |v| v.max(stated_v))

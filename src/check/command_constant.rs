@@ -1,4 +1,4 @@
-//! A command that never changes.
+//! A command that is constant over the whole run.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;

@@ -1,14 +1,14 @@
-//! The command column is some samples early or late against the counts.
+//! Command column shifted against the counts by whole samples.
 //!
-//! A shaft cannot answer before it is commanded. Where it has left its rest, or its steady turning, when the command jumps, the
-//! column is late: set before a sample and logged after it, or a row too low in the table. The whole answer tells more than its
-//! first count: `K (z - tau (1 - exp(-z / tau)))`, `z = t - delay`, is fitted to the positions after all jumps of a run, each with its own
-//! `K`. Where it begins whole samples before the jump and leaves what rounding leaves, the column is late. Where nothing happens for
-//! whole samples after the jump, the column is early, or something delays the command. Friction, inertia and a dead zone make no dead time;
-//! an inductance, a filter and a slow bus do, so that is no more than a note.
+//! The response after each step of the command is fitted by a first-order model with dead time, `K (z - tau (1 -
+//! exp(-z / tau)))`, `z = t - delay`: `delay` and `tau` common to the steps of a run, one gain `K` for each step. A
+//! negative delay of whole samples with a residual at quantization level means a late column: the command was set
+//! before its sample and logged after it, or is one row too low. A positive delay means an early column, or a dead
+//! time in the command path. Friction, inertia and a dead zone cause no dead time; an inductance, a filter and a slow
+//! bus do, so that a positive delay is only a note.
 //!
-//! A motor that moves before its load does begins sooner than a first-order answer: play and a soft coupling come to a sample
-//! early, and no more than 6 % of what is left, or leave more than rounding.
+//! Play and a soft coupling start up to one sample earlier than a first-order response, but reduce the residual by at
+//! most 6 % or leave more than quantization.
 
 use super::dead_time::dead_time;
 use super::finding::{Finding, Kind, Severity};
@@ -21,37 +21,37 @@ use crate::units::ROUNDING_VARIANCE as ROUNDING;
 /// Remedy for a late column.
 const SET_THEN_PRINT: &str = "a row must hold the command that is in force from its sample on: set it, then print it, or move the column up by a row";
 
-/// The answer is there before the jump where its mean lies so many standard errors above 0. Sound runs, real ones and simulated ones
-/// with every effect, reach 3.5 (a pendulum that still swings).
+/// Standard errors by which the mean before the step must lie above 0 for a response before the command. Valid runs,
+/// recorded and simulated with every effect, reach 3.5 (a pendulum that still oscillates).
 const BEFORE: f64 = 6.0;
-/// So large a share of the jumps must show it.
+/// Least share of the steps that must show it.
 const MOST: f64 = 2.0 / 3.0;
-/// A dead time of at least so many samples is one: rounding leaves a quarter of a sample.
+/// Least dead time in samples: quantization causes an estimate of up to a quarter of a sample.
 const DEAD_SAMPLES: f64 = 0.75;
-/// Dead times that are tried, in samples: from this, an answer before the command, up to this, by this step.
+/// Grid of dead times in samples; negative ones are responses before the command.
 const LONGEST_AHEAD: f64 = 3.0;
 const LONGEST_DEAD: f64 = 8.0;
 const DEAD_STEP: f64 = 0.25;
-/// Time constants that are tried, in samples: none, then from half a sample to 100, each half as long again, and between the
-/// best one's neighbours to a thousandth.
+/// Grid of time constants in samples: none, then 0.5 to 100 in a ratio of 1.5, refined to a thousandth between the
+/// neighbours of the best.
 const NO_TAU: f64 = 0.01;
 const SHORTEST_TAU: f64 = 0.5;
 const TAU_STEP: f64 = 1.5;
 const TAUS: i32 = 14;
 const REFINED: usize = 14;
-/// The fit with a dead time leaves at most this share (root mean square) of what the best leaves whose dead time is at most
-/// `WITHOUT` samples; and the logarithm of their likelihood ratio is at least this, which correlated residuals do not reach.
+/// With dead time the RMS residual is at most this share of the best one with a dead time up to `WITHOUT` samples,
+/// and the log likelihood ratio exceeds this bound, which correlated residuals do not reach.
 const LEAVES: f64 = 0.8;
 const WITHOUT: f64 = 0.25;
 const SURE: f64 = 20.0;
-/// Motion before its command is a first-order response if the residual of the fit is at most so many times the quantization error: a soft
-/// coupling at its default strength leaves 2.5 times as much.
+/// Largest residual of a first-order response, in quantization errors: a soft coupling at its default strength leaves
+/// 2.5.
 const FIRST_ORDER: f64 = 1.1;
-/// Samples of an answer that are fitted, and jumps of a run.
+/// Samples fitted after each step, and steps fitted in a run.
 const FITTED: usize = 40;
 const MOST_FITTED: usize = 12;
-/// Counts a sample that a shaft at rest may seem to turn against its answer. In a reversal friction changes its sign on the
-/// way, which no first-order answer follows.
+/// Largest speed at rest against the response, in counts a sample. After a reversal friction changes its sign during
+/// the response, which no first-order model follows.
 pub(super) const AT_REST: f64 = 0.05;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -61,7 +61,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let Some(step_s) = Steps::of(subject.run).map(|steps| steps.median_s()) else {
         return Vec::new();
     };
-    // A position that was summed up from speeds is uncertain by a sample.
+    // Positions integrated from speeds are uncertain by one sample.
     let slack = usize::from(subject.run.is_integrated());
     let jumps = jumps(subject.run, slack, MOST_AFTER);
     let found = late(subject, &jumps, step_s).or_else(|| dead_time(subject, slack, step_s));
@@ -73,7 +73,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     found.into_iter().collect()
 }
 
-/// Motion before the jump.
 fn late(subject: &Subject<'_>, jumps: &[Jump], step_s: f64) -> Option<Finding> {
     let (first, last) = (jumps.first()?.at, jumps.last()?.at);
     let sum: f64 = jumps.iter().map(|jump| jump.ahead.0).sum();
@@ -102,16 +101,16 @@ fn late(subject: &Subject<'_>, jumps: &[Jump], step_s: f64) -> Option<Finding> {
     ))
 }
 
-/// The answers of a run and what a first-order answer leaves of them after each dead time.
+/// The step responses of a run, with the residual of the first-order fit for each dead time.
 struct Answers<'a> {
     fitted: Vec<&'a Jump>,
-    /// Dead time in samples, and what is left in counts^2.
+    /// Dead time in samples and residual in counts^2.
     of_each: Vec<(f64, f64)>,
     samples: usize,
     step_s: f64,
 }
 
-/// A dead time that the answers have, against every one that is not of its kind.
+/// A dead time that fits, compared with all dead times of the other kind.
 struct Found {
     dead: f64,
     rms_counts: f64,
@@ -139,7 +138,7 @@ impl<'a> Answers<'a> {
         })
     }
 
-    /// The best dead time of all, where it is surely not one of the `others`.
+    /// The best dead time, if it is significantly better than every one of the `others`.
     fn sure(&self, others: impl Fn(f64) -> bool) -> Option<Found> {
         let &(dead, best) = self.of_each.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let without = (self.of_each.iter().filter(|(dead, _)| others(*dead)))
@@ -155,7 +154,6 @@ impl<'a> Answers<'a> {
         })
     }
 
-    /// An answer that begins before its command.
     fn ahead(&self, subject: &Subject<'_>, slack: f64) -> Option<Finding> {
         let found = self.sure(|dead| dead >= -WITHOUT)?;
         let lead = -found.dead;
@@ -180,7 +178,6 @@ impl<'a> Answers<'a> {
         ))
     }
 
-    /// A dead time after the command.
     fn behind(&self, subject: &Subject<'_>) -> Option<Finding> {
         let found = self.sure(|dead| dead.abs() <= WITHOUT)?;
         let dead = found.dead;
@@ -205,20 +202,19 @@ impl<'a> Answers<'a> {
         ))
     }
 
-    /// From the first jump to the last.
     fn rows(&self) -> (usize, usize) {
         let ends = self.fitted.first().zip(self.fitted.last());
         ends.map_or((0, 0), |(first, last)| (first.at, last.at))
     }
 }
 
-/// Fit of a jump: the samples before it and the beginning of the answer.
+/// The part of a step response that is fitted: the samples before the step and the first ones after it.
 pub(super) fn looked_at(jump: &Jump) -> impl Iterator<Item = &(f64, f64)> {
     jump.answer.iter().take(MOST_LATE - 1 + FITTED)
 }
 
-/// Residual of the best time constant after this dead time, in counts^2: the best of those that are tried, and then between its
-/// neighbours (golden section: Press et al., Numerical Recipes, 2007, section 10.2).
+/// Residual in counts^2 with the best time constant for this dead time: grid search, then golden-section search
+/// (Press et al., Numerical Recipes, 2007, section 10.2).
 fn best_left(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
     let of = |ln_tau: f64| left(jumps, dead, ln_tau.exp(), step_s);
     let tried = (0..TAUS).map(|k| SHORTEST_TAU.ln() + f64::from(k) * TAU_STEP.ln());
@@ -230,7 +226,7 @@ fn best_left(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
     fine.min(left(jumps, dead, NO_TAU, step_s))
 }
 
-/// The least value of a function within `width` of the best place that is known with its value (golden section).
+/// Minimum of a function within `width` of the best known point, by golden-section search.
 pub(super) fn golden(best: (f64, f64), width: f64, of: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut low, mut high) = (best.0 - width, best.0 + width);

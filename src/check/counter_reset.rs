@@ -1,8 +1,8 @@
-//! A counter that is set to 0 in mid-run.
+//! A counter that is reset to 0 during a run.
 //!
-//! The position leaps in one sample to 0, or to where the run began, and stays; the steps beside the leap are those of a shaft that goes on as
-//! before. A counter that wraps leaps by its range, which is [`counter_wrap`](super::counter_wrap)'s. What leaps and comes
-//! back is [`misread_position`](super::misread_position)'s.
+//! The position jumps in one sample to 0 or to its initial value and stays there, while the steps on either side are
+//! those of steady motion. Jumps by the counter's range belong to [`counter_wrap`](super::counter_wrap), jumps that
+//! return to [`misread_position`](super::misread_position).
 
 use super::counter_wrap::BITS;
 use super::finding::{Finding, Kind, Severity};
@@ -11,21 +11,20 @@ use super::subject::Subject;
 use super::words::digits;
 use crate::recording::Run;
 
-/// Samples before and after the leap that say how the shaft moves there, and how many there must be on either side.
+/// Samples before and after the jump from which the speed there is estimated, and the fewest on either side.
 const BESIDE: usize = 8;
 const LEAST_BESIDE: usize = 3;
-/// The leap is at least so many times the largest step next to it, and so many counts.
+/// Least size of the jump: as a multiple of the largest neighbouring step, and in counts.
 const LEAPS: f64 = 5.0;
 const LEAST_COUNTS: f64 = 10.0;
 
-/// A counter that was set to 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Reset {
-    /// Number of the first sample after it.
+    /// Number of the first sample after the reset.
     at: usize,
-    /// By how many counts the position leaps.
+    /// Size of the jump in counts.
     leap: f64,
-    /// The largest step beside it, in counts.
+    /// The largest neighbouring step in counts.
     beside: f64,
 }
 
@@ -81,7 +80,7 @@ fn resets(run: &Run) -> Vec<Reset> {
         if step.abs() < LEAST_COUNTS || is_misread(at) || is_misread(at - 1) {
             continue;
         }
-        // A reset beside it, as of a switch that bounces, says nothing of motion.
+        // Another reset nearby, as of a bouncing switch, is not motion.
         let lasts_s = run.t_s[at] - run.t_s[at - 1];
         let beside = (at.saturating_sub(BESIDE).max(1)..run.len().min(at + BESIDE + 1))
             .filter(|&k| k != at)
@@ -102,14 +101,13 @@ fn resets(run: &Run) -> Vec<Reset> {
     found
 }
 
-/// Whether a leap is the range of a counter of so many bits, or a turn, up to the motion meanwhile.
+/// Whether a jump is a counter range of some width in bits, or one turn, up to the motion in the same sample.
 fn goes_round(run: &Run, leap: f64, motion: f64) -> bool {
     let widths = BITS.map(|bits| f64::from(bits).exp2());
     let mut ranges = widths.chain([run.counts_per_rev]);
     ranges.any(|range| (leap - range).abs() <= motion + 1.0)
 }
 
-/// Counts from the sample before to this one.
 fn difference(run: &Run, k: usize) -> f64 {
     run.counts[k] as f64 - run.counts[k - 1] as f64
 }
@@ -137,7 +135,7 @@ mod tests {
                 run(|k| per_sample * if k < 150 { k } else { k - 150 } + 300 * i64::from(k < 150));
             assert_eq!(of(&reset), [150], "{per_sample}");
         }
-        // Slow, and set to 0 twice.
+        // Slow motion with two resets.
         assert_eq!(of(&run(|k| (k % 190) / 3)), [190, 380]);
     }
 

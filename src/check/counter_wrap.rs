@@ -1,8 +1,9 @@
-//! A counter that wrapped and was not unwrapped, and one that may have done so unseen in a pause.
+//! Counters that wrapped and were not unwrapped, or that may have wrapped unnoticed in a pause.
 //!
-//! A counter of `n` bits is right up to multiples of its range `M = 2^n`. Where the counts leap by about `M` and stay inside a
-//! range of `M`, while the same leaps taken back by `M` leave motion as it is beside them, the counter wrapped (the unwrapping of a phase: Oppenheim and Schafer, Discrete-Time Signal Processing, 2010, section 13.6). In a pause in which the
-//! shaft can turn by more than `M / 2` nobody can tell how often it did.
+//! A counter of `n` bits is known up to multiples of its range `M = 2^n`. It wrapped where the counts jump by about
+//! `M`, stay inside a range of `M`, and are smooth motion after subtracting `M` (phase unwrapping: Oppenheim and
+//! Schafer, Discrete-Time Signal Processing, 2010, section 13.6). In a pause in which the shaft can turn by more than
+//! `M / 2` the number of wraps is not determined.
 
 use super::finding::{Finding, Kind, Severity};
 use super::gap_in_time::pauses;
@@ -10,25 +11,24 @@ use super::subject::Subject;
 use super::words::time;
 use crate::recording::Run;
 
-/// Widths of counters in bits: 8 is the smallest of any microcontroller, 32 is a `long`; 24 and 12 are those of counter chips
-/// and absolute encoders.
+/// Counter widths in bits: 8 is the smallest of a microcontroller, 12 and 24 are those of absolute encoders and
+/// counter chips, 32 is a `long`.
 pub(super) const BITS: std::ops::RangeInclusive<u32> = 8..=32;
-/// The remainder of an unwrapped leap is motion if it is at most so many times the largest step elsewhere.
+/// The remainder of an unwrapped jump is motion if it is at most this multiple of the largest step elsewhere.
 const MOTION: f64 = 2.0;
-/// The second differences are so much smaller without the leaps than with them. A false leap by `M` adds `2 M^2`.
+/// Largest ratio of the squared second differences after and before unwrapping. A false correction by `M` adds `2
+/// M^2`.
 const SMOOTHER: f64 = 0.1;
-/// Leaps of a counter of an unusual range agree on it within this share, and there are so many of them at least.
+/// Jumps of an unusual range agree within this share, and are at least this many.
 const AGREE: f64 = 0.02;
 const LEAST_LEAPS: usize = 3;
-/// A step beyond half the range is shorter the other way round.
+/// A step beyond half the range is shorter in the other direction.
 const HALF: f64 = 0.5;
 
-/// A counter that wraps.
 #[derive(Debug, Clone, PartialEq)]
 struct Round {
-    /// Its range in counts.
     range: f64,
-    /// Numbers of the samples before it wraps.
+    /// Numbers of the samples before each wrap.
     before: Vec<usize>,
 }
 
@@ -94,7 +94,7 @@ fn round(run: &Run) -> Option<Round> {
     fitting.into_iter().find_map(|range| leaps(run, range))
 }
 
-/// The leaps by this range, if motion is smooth without them and was not with them.
+/// The wraps by this range, if unwrapping makes the motion smooth.
 fn leaps(run: &Run, range: f64) -> Option<Round> {
     let raw: Vec<f64> = (run.counts.windows(2))
         .map(|pair| pair[1] as f64 - pair[0] as f64)
@@ -120,14 +120,13 @@ fn leaps(run: &Run, range: f64) -> Option<Round> {
     (!before.is_empty() && motion && smooth).then_some(Round { range, before })
 }
 
-/// Sum of the squared second differences of the counts.
 fn roughness(steps: &[f64]) -> f64 {
     (steps.windows(2))
         .map(|pair| (pair[1] - pair[0]).powi(2))
         .sum()
 }
 
-/// The range of an unusual counter, from leaps that agree on it.
+/// An unusual range, from jumps that agree on it.
 fn unusual(run: &Run, span: f64) -> Option<f64> {
     let step = |k: usize| run.counts[k + 1] as f64 - run.counts[k] as f64;
     let mut ranges: Vec<f64> = (1..run.len().saturating_sub(2))
@@ -148,7 +147,7 @@ fn extremes(counts: &[i64]) -> (i64, i64) {
     counts.iter().fold((i64::MAX, i64::MIN), ends)
 }
 
-/// The range in counts of the counter that an import or a recorder made straight.
+/// The range in counts of the counter that the import or the recorder unwrapped.
 fn stated_range(run: &Run) -> Option<f64> {
     let number = |value: &toml::Value| match value {
         toml::Value::Float(value) => Some(*value),
@@ -162,7 +161,7 @@ fn stated_range(run: &Run) -> Option<f64> {
     range.and_then(number).filter(|range| *range > 0.0)
 }
 
-/// The pauses in which the shaft can turn by more than half the range.
+/// Pauses in which the shaft can turn by more than half the range.
 fn over_gaps(subject: &Subject<'_>, range: f64) -> Option<Finding> {
     let run = subject.run;
     let rate = |k: usize| {
@@ -172,7 +171,7 @@ fn over_gaps(subject: &Subject<'_>, range: f64) -> Option<Finding> {
     let pauses = pauses(subject.run);
     let in_pause: std::collections::BTreeSet<usize> =
         pauses.iter().map(|pause| pause.before).collect();
-    // The quickest that is seen, where the counter does not go round.
+    // The top speed outside the wraps.
     let top = (0..run.len().saturating_sub(1))
         .filter(|k| !in_pause.contains(k))
         .filter(|&k| run.counts[k + 1].abs_diff(run.counts[k]) as f64 <= HALF * range)

@@ -1,4 +1,4 @@
-//! Counts that are multiples of 2 or 4 throughout, and a position off by a whole factor or by a unit against the motor file.
+//! Counts in multiples of 2 or 4, and a position off by a whole factor or a unit against the motor file.
 
 use std::f64::consts::TAU;
 
@@ -10,22 +10,23 @@ use crate::recording::Run;
 
 /// Fewest changes of the count that must all be multiples: at random one in 2^20 would.
 const FEWEST_CHANGES: usize = 20;
-/// Fewest of them that differ from the commonest size, which counts as one: at random one in 2^10 would.
+/// Fewest changes that differ from the most frequent size, which counts as one: at random one in 2^10 would.
 const FEWEST_OTHERS: usize = 10;
-/// How far the ratio of recorded to simulated travel may lie from a factor: the tolerance of 5 % that motors are taken to have.
+/// Tolerance of the ratio of recorded to simulated travel: motors are within 5 %.
 const NEAR: f64 = 0.05;
-/// Share of the recorded travel's mean square that the simulation must explain once it is scaled.
+/// Least share of the recorded mean square that the scaled simulation explains.
 const EXPLAINED: f64 = 0.98;
-/// Travel in counts that the ratio must rest on, so that rounding is well below its tolerance.
+/// Least travel in counts, so that quantization is well below the tolerance.
 const LEAST_TRAVEL_COUNTS: f64 = 100.0;
 
-/// The ratio is the same in every third of the run within this share; a third with less than the second share of the motion has none.
+/// Largest relative difference of the ratio between thirds of the run; thirds with less than the second share of the
+/// motion are skipped.
 const SAME: f64 = 0.15;
 const STILL: f64 = 0.01;
-/// A command that changes in more than this share of the samples may be a controller's.
+/// Above this share of changing samples the command may be a controller's.
 const CHANGES: f64 = 0.1;
 
-/// Units that are mixed up, and by which factor the counts are off then.
+/// Units that are often confused, and the factor that results.
 const UNITS: [(f64, &str); 6] = [
     (DEGREES_PER_RAD, "degrees were told as radians"),
     (1.0 / DEGREES_PER_RAD, "radians were told as degrees"),
@@ -56,7 +57,7 @@ fn multiples(subject: &Subject<'_>) -> Option<Finding> {
     let factor = [4_u64, 2]
         .into_iter()
         .find(|n| steps.iter().all(|step| step % n == 0))?;
-    // Steps of one size are a shaft that turns steadily, or slowly and seen through a coarse speed, not a factor.
+    // Steps of one size are steady motion, or slow motion derived from a coarse speed, not a factor.
     let mut sorted = steps.clone();
     sorted.sort_unstable();
     let commonest = sorted.chunk_by(|a, b| a == b).map(<[u64]>::len).max();
@@ -73,7 +74,7 @@ fn multiples(subject: &Subject<'_>) -> Option<Finding> {
     ))
 }
 
-/// The position against the motor file's: as least squares scales one to the other.
+/// Least-squares ratio of the recorded position to the simulated one.
 fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
     let (run, motor) = (subject.run, subject.motor?);
     if !subject.has("command") {
@@ -105,7 +106,7 @@ fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
     if let Some((_, what)) = UNITS.into_iter().find(|(factor, _)| near(*factor)) {
         return Some(subject.finding(
             Kind::PositionUnit,
-            // The command of a controller depends on the position: a motor file that is off makes any ratio.
+            // A controller's command depends on the position: any mismatch of the motor file would give a ratio.
             match is_held(&run.command) {
                 true => Severity::Fatal,
                 false => Severity::Warning,
@@ -129,7 +130,6 @@ fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
     ))
 }
 
-/// Whether the position follows the simulated one by this ratio in every third of the run in which the shaft moves.
 fn is_the_same_throughout(run: &Run, simulated: &[f64], ratio: f64) -> bool {
     let third = run.len().div_ceil(3).max(1);
     let parts: Vec<(f64, f64)> = (run.counts.chunks(third).zip(simulated.chunks(third)))
@@ -150,7 +150,7 @@ fn is_the_same_throughout(run: &Run, simulated: &[f64], ratio: f64) -> bool {
         .all(|(xx, xy)| (xy / xx / ratio - 1.0).abs() < SAME)
 }
 
-/// Whether a command holds its levels, as one does that was planned; a controller's changes from sample to sample.
+/// Whether the command is held between steps, as a planned one; a controller's changes in every sample.
 fn is_held(command: &[f64]) -> bool {
     let changes = command.windows(2).filter(|pair| pair[0] != pair[1]).count();
     (changes as f64) < CHANGES * command.len() as f64

@@ -1,31 +1,30 @@
 //! A dead time of many samples between command and motion.
 //!
-//! After a jump of the command from rest the position begins as a power of the time since the motion's onset: 1 for a shaft without inertia, 2
-//! with it, 3 behind an inductance. From the times `t1` and `t2` at which it has passed `x` and `4 x`, the onset of a square is `2 t1 -
-//! t2`, which is before that of a smaller power. Short dead times are found by the whole answer
-//! ([`command_offset`](super::command_offset)).
+//! After a step from rest the position grows as a power of the time since the onset: 1 without inertia, 2 with it, 3
+//! with an inductance as well. From the times `t1` and `t2` at which it has passed `x` and `4 x`, the onset of a
+//! square is `2 t1 - t2`, which is before that of a smaller power. Shorter dead times are estimated from the whole
+//! response by [`command_offset`](super::command_offset).
 
 use super::finding::{Finding, Kind, Severity};
 use super::jump::{Jump, jumps};
 use super::subject::Subject;
 use super::words::time;
 
-/// A dead time of at least so many samples.
+/// Least dead time in samples.
 const LEAST_SAMPLES: f64 = 8.0;
-/// Samples after a jump that are looked at.
+/// Samples examined after a step.
 const LOOKED_AT: usize = 500;
-/// Counts of `x`: one of dither at rest is no motion.
+/// `x` in counts: more than one count of dither at rest.
 const ONSET_COUNTS: f64 = 2.0;
-/// The onset lies beyond this share of `t1`: that of a third power is at 0.41.
+/// Least onset as a share of `t1`: a third power gives 0.41.
 const SHARP: f64 = 0.55;
-/// Counts a sample that a shaft at rest may seem to turn.
+/// Largest speed at rest in counts a sample.
 const AT_REST: f64 = 0.05;
-/// So large a share of the jumps must have the dead time, each at least this share of the middle one: friction at the breakaway
-/// holds a shaft now longer, now shorter.
+/// Least share of the steps that have the dead time, each at least this share of the median: stiction holds a shaft
+/// for varying times.
 const MOST: f64 = 2.0 / 3.0;
 const AGREE: f64 = 0.7;
 
-/// A dead time that most jumps of the command have.
 pub(super) fn dead_time(subject: &Subject<'_>, slack: usize, step_s: f64) -> Option<Finding> {
     let jumps = jumps(subject.run, slack, LOOKED_AT);
     let mut onsets: Vec<(usize, f64)> = (jumps.iter())
@@ -62,7 +61,7 @@ pub(super) fn dead_time(subject: &Subject<'_>, slack: usize, step_s: f64) -> Opt
     ))
 }
 
-/// When the motion begins, in s after the jump; `None` where it is not seen, 0 where the rise is too slow to tell.
+/// Onset of motion in s after the step; `None` without motion, 0 where the rise is too slow to determine it.
 fn onset_s(jump: &Jump) -> Option<f64> {
     let x = ONSET_COUNTS.max(4.0 * jump.ahead.1);
     let passes = |counts: f64| {

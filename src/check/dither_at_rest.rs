@@ -1,9 +1,9 @@
-//! One count of dither while nothing is commanded: the shaft rests on an edge of the encoder.
+//! One count of dither without a command: the shaft rests on an encoder edge.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 
-/// Changes of one count there and back: fewer are a shaft that settles.
+/// Fewest alternating changes of one count: fewer are a shaft that settles.
 const FEWEST_CHANGES: usize = 10;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -17,7 +17,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         if run.command[k - 1] != 0.0 || moved.unsigned_abs() > 1 {
             before = 0;
         } else if moved != 0 {
-            // A step back: the one before went the other way.
             if before == -moved {
                 if changes == 0 {
                     first = k - 1;

@@ -1,49 +1,50 @@
 //! Edges that are lost at speed: the rate of counts falls while the command holds or rises.
 //!
-//! A motor under a higher voltage turns faster, whatever friction, drag, sag or heat take of it; and under a held voltage its
-//! speed settles. A counter that is too slow for its edges does neither: beyond the rate that it can take, it counts less the
-//! faster the shaft turns (a non-paralysable or paralysable detector: Knoll, Radiation Detection and Measurement, 2010,
-//! chapter 4 VII). Three things show it, the first two in one run, the third in several that are given together:
+//! The speed of a motor rises with the voltage, whatever friction, drag, sag or heat subtract, and settles at a held
+//! voltage. A counter that is too slow for its edges violates both: beyond its maximum rate it counts less the faster
+//! the shaft turns (a non-paralysable or paralysable detector: Knoll, Radiation Detection and Measurement, 2010,
+//! chapter 4 VII). Three patterns, the first two in one run, the third over several runs of a motor:
 //!
-//! - under a held command the rate rises to a peak, then falls within the time of the rise, and stays there;
-//! - after a step of the command towards nought the rate rises;
-//! - in steady turning the rate at a higher command is lower than at lower ones.
+//! - at a held command the rate rises to a peak, then falls within the rise time and stays there;
+//! - after a step of the command towards zero the rate rises;
+//! - the steady rate at a higher command is lower than at lower ones.
 //!
-//! A rate that falls slowly (heat), to nothing (an end stop), that swings (a load, a spring, a second order) or follows a command
-//! that changes (a controller, a chirp) is none of these; nor is one that stops rising, which a driver at its limit does. So a
-//! held command counts from a jump on.
+//! Excluded: a slow fall (heat), a fall to zero (end stop), oscillation (load, spring, second order), a changing
+//! command (controller, chirp) and a rate that saturates (driver at its limit). An interval of held command therefore
+//! begins with a step.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use super::words::{digits, time};
 use crate::motor::CommandKind;
 
-/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply varies by 1 %.
+/// A command is held while it varies by less than this share of the largest: a PWM step of 8 bits is 0.4 %, a
+/// measured supply varies by 1 %.
 const HOLDS: f64 = 0.02;
-/// Most slots of an interval of held command; each has a rate.
+/// Most time bins of an interval of held command.
 const SLOTS: usize = 120;
-/// Fewest slots, and fewest counts that the quickest passes, so that rounding is 5 % of it.
+/// Fewest bins, and least count of the fastest one: quantization is then 5 % of it.
 const LEAST_SLOTS: usize = 12;
 const SLOT_COUNTS: f64 = 20.0;
-/// A rate that falls from its peak by less than this share may be the overshoot of a second order (damping of 0.33, where the
-/// electrical time constant is twice the mechanical one).
+/// Least fall from the peak: less may be the overshoot of a second order (damping 0.33, electrical time constant
+/// twice the mechanical one).
 const FALL: f64 = 0.25;
-/// It comes down within so many times the time of the rise: heat takes far longer.
+/// Longest fall in rise times: heating takes far longer.
 const AS_QUICKLY: f64 = 3.0;
-/// Afterwards it stays within this share of the fall: what swings does not.
+/// Largest variation afterwards as a share of the fall, which an oscillation exceeds.
 const STAYS: f64 = 0.25;
-/// A shaft that an end stop holds counts less than this share of the peak.
+/// Below this share of the peak an end stop holds the shaft.
 const STANDS: f64 = 0.02;
-/// In steady turning the last third's rate varies by less than this share.
+/// A rate is steady if it varies by less than this share in the last third.
 const STEADY: f64 = 0.05;
-/// Two commands differ, and two rates fall, by at least this share.
+/// Least difference between two commands, and between two rates.
 pub(super) const DIFFERS: f64 = 0.05;
-/// A rate falls behind that of a lower command by at least this share: a supply that sags under a driver at its limit takes less.
+/// Least fall below the rate of a lower command: a sagging supply under a driver at its limit causes less.
 const FALLS: f64 = 0.1;
-/// A held command begins with a jump by this share of the largest: what holds on the crest of a sine has not jumped.
+/// Least step at the beginning of a held command, as a share of the largest: a held crest of a sine has none.
 const JUMPS: f64 = 0.05;
 
-/// An interval of held command, and the rates in its slots.
+/// An interval of held command and its rates.
 #[derive(Debug, Clone)]
 pub(super) struct Hold {
     /// Numbers of its first and last sample.
@@ -51,11 +52,11 @@ pub(super) struct Hold {
     pub to: usize,
     /// The command, as it is.
     pub command: f64,
-    /// Middle of each slot in s of the run's time, and counts/s in the direction of the command.
+    /// Middle of each bin in s, and its rate in counts/s in the direction of the command.
     slots: Vec<(f64, f64)>,
 }
 
-/// Steady turning at a command, for a comparison of levels.
+/// A steady rate at a command.
 #[derive(Debug, Clone, Copy)]
 struct Level<'a> {
     subject: &'a Subject<'a>,
@@ -64,7 +65,6 @@ struct Level<'a> {
     rate: f64,
 }
 
-/// Everything of this kind in runs of one motor.
 pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut levels = Vec::new();
@@ -96,7 +96,6 @@ pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
     found
 }
 
-/// Intervals of held command that are long enough for their rates.
 pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
     let run = subject.run;
     let largest = run
@@ -109,7 +108,7 @@ pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
         if k < run.len() && (run.command[k] - run.command[from]).abs() <= HOLDS * largest {
             continue;
         }
-        // A command is in force until the sample after it.
+        // A command holds until the next sample.
         let to = k.min(run.len() - 1);
         let has_jumped =
             from == 0 || (run.command[from] - run.command[from - 1]).abs() >= JUMPS * largest;
@@ -126,7 +125,7 @@ pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
     found
 }
 
-/// The rates of an interval in as many slots as quantization allows.
+/// The rates of an interval in as many bins as quantization allows.
 fn slots(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)>> {
     let run = subject.run;
     let steps = to - from;
@@ -150,7 +149,7 @@ fn slots(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)
     None
 }
 
-/// The rate of the last third, where it is steady.
+/// The rate of the last third, if it is steady.
 pub(super) fn steady(hold: &Hold) -> Option<f64> {
     let last = &hold.slots[2 * hold.slots.len() / 3..];
     let mean = last.iter().map(|slot| slot.1).sum::<f64>() / last.len() as f64;
@@ -166,11 +165,11 @@ pub(super) fn steady(hold: &Hold) -> Option<f64> {
     (varies <= STEADY * mean.abs() && mean.abs() > STANDS * moves).then_some(mean)
 }
 
-/// A rate that rises to a peak under a held command and comes down again, to stay.
+/// A rate that peaks under a held command, falls and stays low.
 fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
     let run = subject.run;
     let direction = hold.command.signum();
-    // The command before must not be the one that it comes down from.
+    // The fall must not be the run-out from a previous higher command.
     let mut before = run.command[..hold.from].iter();
     if hold.command == 0.0 || before.any(|u| direction * u > (1.0 + DIFFERS) * hold.command.abs()) {
         return None;
@@ -205,7 +204,7 @@ fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
         .all(|slot| (slot.1 - settled).abs() <= STAYS * fall);
     let falls_in_s = down[there].0 - still_up.0;
     let stays_for_s = run.t_s[hold.to] - down[there].0;
-    // Within a turn an unbalanced load does the same: it falls, and then it is lifted.
+    // Within one turn an unbalanced load causes the same pattern.
     let counts_there = settled * stays_for_s;
     if !stays
         || counts_there < run.counts_per_rev
@@ -237,7 +236,7 @@ fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
     ))
 }
 
-/// A rate that rises after the command has been taken back.
+/// A rate that rises after a step of the command towards zero.
 fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
     let [first, second] = pair else { return None };
     let run = subject.run;
@@ -252,12 +251,12 @@ fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
     let mut after = second.slots.iter().map(|slot| direction * slot.1);
     let peak = after.clone().fold(0.0, f64::max);
     let last = after.next_back()?;
-    // An unbalanced load does the same within a turn.
+    // Within one turn an unbalanced load causes the same pattern.
     let passed = run.counts[second.to].abs_diff(run.counts[second.from]) as f64;
     if passed < run.counts_per_rev {
         return None;
     }
-    // A load that falls freely goes on getting faster.
+    // A falling load keeps accelerating.
     if peak < (1.0 + FALL) * rate || last > rate {
         return None;
     }
@@ -284,7 +283,7 @@ fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
     ))
 }
 
-/// The steady rate of a held command; runs whose load is known to differ are not compared.
+/// The steady rate of a held command; runs with known different loads are not compared.
 fn level<'a>(subject: &'a Subject<'a>, hold: &Hold) -> Option<Level<'a>> {
     if subject.run.header.contains_key("differs") {
         return None;
@@ -298,10 +297,10 @@ fn level<'a>(subject: &'a Subject<'a>, hold: &Hold) -> Option<Level<'a>> {
     })
 }
 
-/// Levels, by rising command, at which the rate falls behind that of lower ones.
+/// Levels, by rising command, at which the rate is below that of lower ones.
 fn stops(levels: &[Level<'_>]) -> Vec<Finding> {
     let mut found = Vec::new();
-    // Commands and rates that still rose, and the gain of the last step up in counts/s/V.
+    // Commands with rising rates, and the gain of the last step up in counts/s/V.
     let mut good: Vec<(f64, f64)> = Vec::new();
     let mut from = 0;
     while from < levels.len() {
@@ -311,7 +310,7 @@ fn stops(levels: &[Level<'_>]) -> Vec<Finding> {
                 .partition_point(|level| level.command.abs() <= (1.0 + DIFFERS) * command);
         let same = &levels[from..to];
         from = to;
-        // The quickest of the same command: a repeat that was held up is not the counter's doing.
+        // The fastest repetition: a slower one may have been obstructed.
         let rate = same.iter().map(|level| level.rate).fold(0.0, f64::max);
         let [.., (u0, r0), (u1, r1)] = good[..] else {
             good.push((command, rate));

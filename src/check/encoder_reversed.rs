@@ -1,39 +1,36 @@
-//! Counts that fall while the command is positive: two wires are swapped.
+//! Counts that fall under a positive command: two wires are swapped.
 //!
-//! Two kinds of evidence in one run: most counts that pass under a command go against it, or the [`gain`](super::gain) from command
-//! to speed is negative beyond doubt. Runs of one motor that are given together are also judged together: a load pushes one way
-//! only, and a run that turns less than a turn one way says nothing alone.
+//! Evidence in one run: most counts under a command have the opposite sign, or the [`gain`](super::gain) from command
+//! to speed is significantly negative. Runs of one motor are also judged together: a load acts in one direction only,
+//! and less than a turn in one direction is not conclusive alone.
 
 use super::finding::{Finding, Kind, Severity};
 use super::gain::gain;
 use super::subject::Subject;
 use super::too_short::FEWEST_SAMPLES;
 
-/// Counts that must have passed under a command, so that rounding and one count of dither are at most 5 % of them.
+/// Least counts under a command: quantization and one count of dither are then at most 5 % of them.
 const FEWEST_COUNTS: f64 = 20.0;
-/// Share of the counts passed under a command that must go the wrong way. A load that drives the shaft half of the time
-/// (an arm that is lifted and lowered) stays at 0; a delay, coasting and reversals pull a right wiring towards 0, never past it.
+/// Least share of the counts under a command that have the opposite sign. A load that drives the shaft half of the
+/// time (an arm that is lifted and lowered) gives 0; delay, coasting and reversals reduce the share of a correct
+/// wiring, but not below 0.
 const AGAINST: f64 = 0.5;
-/// A shaft that is this many times as fast at the beginning as before it turns back was braked on the way.
+/// Ratio of the initial speed to that before the reversal from which the shaft was braked before it reversed.
 const SLOWED: f64 = 2.0;
-/// A gain is negative where it lies so many standard errors below 0. Of 460 sound runs, servos with loads among them, the lowest
-/// lies 4.6 below: a controller's command depends on the position, which pulls the estimate down.
+/// Standard errors below 0 from which a gain is negative. Of 460 valid runs, servos with loads among them, the lowest
+/// is at 4.6: a controller's command depends on the position, which biases the estimate.
 const BELOW: f64 = 8.0;
 
-/// Counts that passed, by what was commanded.
+/// Counts by the command at which they passed.
 #[derive(Debug, Clone, Copy, Default)]
 struct Tally {
-    /// Under a positive command, with their sign.
     positive: f64,
-    /// Under a negative command, with their sign.
     negative: f64,
-    /// Under a command, without signs.
     passed: f64,
-    /// Without a command, or while the shaft is braked, without signs.
+    /// Without a command, or while braked.
     resting: f64,
 }
 
-/// Everything of this kind in runs of one motor.
 pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
     let told: Vec<(&Subject<'_>, Tally)> = subjects
         .iter()
@@ -55,7 +52,7 @@ pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
     let mut found = Vec::new();
     for (subject, tally) in told {
         let gain = gain(subject.run).map(|gain| gain.over_error);
-        // A command that is logged long after the motion has a negative gain too, but most counts go along with it.
+        // A command that is logged long after the motion also gives a negative gain, but most counts agree with it.
         let is_negative = gain.is_some_and(|gain| gain < -BELOW) && tally.share() < AGAINST;
         if tally.is_against(subject.run.counts_per_rev) || is_negative {
             found.push(finding(subject, &tally, gain, None));
@@ -144,12 +141,11 @@ impl Tally {
         }
     }
 
-    /// A shaft that moves as much without a command, or while braked, is driven externally.
     fn tells(&self) -> bool {
         self.passed >= FEWEST_COUNTS && self.resting <= self.passed
     }
 
-    /// Share of the counts that goes along with the command, less that which goes against it.
+    /// Share of the counts that agrees with the command, minus the share that opposes it.
     fn share(&self) -> f64 {
         if self.passed > 0.0 {
             (self.positive - self.negative) / self.passed
@@ -158,16 +154,16 @@ impl Tally {
         }
     }
 
-    /// A load pushes one way only: against both signs of the command nothing but the wires turns the shaft. Against one sign an arm
-    /// that falls does, by half a turn and a swing.
+    /// A load acts in one direction only: motion against commands of both signs is a wiring error. Against one sign a
+    /// falling arm moves by half a turn and its oscillation.
     fn is_against(&self, turn: f64) -> bool {
         let is_one_way = !(self.positive < 0.0 && self.negative > 0.0);
         self.tells() && self.share() <= -AGAINST && !(is_one_way && self.passed < turn)
     }
 }
 
-/// The sample up to which a shaft that turns from the beginning is braked: its own inertia turns it against the command. 0 where it
-/// keeps its speed or begins at rest.
+/// The last sample in which a shaft that turns from the beginning is braked: until then its inertia turns it against
+/// the command. 0 if it keeps its speed or begins at rest.
 fn braked(counts: &[i64]) -> usize {
     let moved = |from: usize, to: usize| counts[to].saturating_sub(counts[from]) as f64;
     let steps = 1..counts.len();

@@ -1,4 +1,4 @@
-//! Findings in a recording: plain data, serialised as `motorlab-check/1` lists it.
+//! Findings about a recording: plain data, serialized as `motorlab-check/1`.
 
 use std::collections::BTreeMap;
 
@@ -10,15 +10,15 @@ use serde::Serialize;
 pub enum Kind {
     /// The counts fall while the command is positive.
     EncoderReversed,
-    /// Counts are multiples of 2 or 4, or the gain is off by that from the motor file.
+    /// Counts are multiples of 2 or 4, or the travel differs from the motor file's by such a factor.
     CountsScale,
-    /// The position is in another unit than said.
+    /// The position is in another unit than stated.
     PositionUnit,
-    /// The time is in another unit than said.
+    /// The time is in another unit than stated.
     TimeUnit,
-    /// The motor moves later than the command column says.
+    /// The motor moves later than the command column.
     CommandEarly,
-    /// The motor moves before the command column does.
+    /// The motor moves before the command column.
     CommandLate,
     /// The command never changes.
     CommandConstant,
@@ -26,19 +26,19 @@ pub enum Kind {
     CommandBeyondSupply,
     /// The counter wrapped and was not unwrapped.
     CounterWrap,
-    /// The counter may have wrapped unnoticed in a gap.
+    /// The counter may have wrapped unnoticed in a pause.
     WrapOverGap,
-    /// The position leaps away and comes back: a failed read.
+    /// The position jumps and returns: a failed read.
     MisreadPosition,
-    /// The counter is set to 0 in mid-run.
+    /// The counter is reset to 0 during the run.
     CounterReset,
     /// Rows after a pause hold the position from before it.
     StaleRows,
-    /// The shaft stands still under a command that turned it before.
+    /// The shaft rests under a command that turned it before.
     OffUnderCommand,
     /// The logged speed is 0 in rows between two edges of the encoder.
     SpeedZeroBetweenEdges,
-    /// The logged speed is kept from the last edge while nothing is commanded.
+    /// The logged speed keeps its last value while the command is 0.
     SpeedKept,
     /// The logged speed or position is the mean of the last rows.
     MovingAverage,
@@ -54,7 +54,7 @@ pub enum Kind {
     SampleTimeContradicts,
     /// The board's clock runs at another rate than the host's.
     ClockRate,
-    /// Position or command stands still where it cannot.
+    /// Position or command does not change where it must.
     ChannelStuck,
     /// The measured supply varies.
     SupplyVaries,
@@ -64,7 +64,7 @@ pub enum Kind {
     TooShort,
 }
 
-/// How much a finding weighs. The order is that of a listing: the most severe comes first.
+/// Severity of a finding; the most severe is listed first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
@@ -72,12 +72,12 @@ pub enum Severity {
     Fatal,
     /// An error that may lead to wrong conclusions.
     Warning,
-    /// Worth knowing.
+    /// Information.
     Note,
 }
 
 impl Severity {
-    /// Its word.
+    /// Name of the severity.
     pub fn word(self) -> &'static str {
         match self {
             Self::Fatal => "fatal",
@@ -87,22 +87,22 @@ impl Severity {
     }
 }
 
-/// One thing found in one run.
+/// One finding in one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// Kind of finding.
     pub id: Kind,
-    /// How much it weighs.
+    /// Severity.
     pub severity: Severity,
     /// Path of the run, or its number from 1.
     pub run: String,
-    /// Where it begins, in s of the run's time.
+    /// Begin in s of the run's time.
     pub from_s: f64,
-    /// Where it ends, in s of the run's time.
+    /// End in s of the run's time.
     pub to_s: f64,
     /// Message.
     pub message: String,
-    /// The figures that say so; the names carry the units.
+    /// Figures of evidence; the names carry the units.
     pub evidence: BTreeMap<&'static str, f64>,
     /// Remedy: a flag, a key of the mapping, a wire.
     pub remedy: String,
@@ -114,7 +114,7 @@ impl Finding {
         format!("{}; {}", self.message, self.remedy)
     }
 
-    /// The id as the document has it.
+    /// The id in the document.
     pub fn id(&self) -> String {
         match serde_json::to_value(self.id) {
             Ok(serde_json::Value::String(id)) => id,
@@ -123,7 +123,7 @@ impl Finding {
     }
 }
 
-/// Fatal findings of this run with their remedies; none if it is usable.
+/// The first fatal finding of this run; none if it is usable.
 pub fn fatal_of<'a>(findings: &'a [Finding], run: &str) -> Option<&'a Finding> {
     let mut of_run = findings.iter().filter(|finding| finding.run == run);
     of_run.find(|finding| finding.severity == Severity::Fatal)

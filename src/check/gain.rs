@@ -1,9 +1,10 @@
-//! Which way the command turns the shaft, whatever else turns it.
+//! Sign of the gain from command to speed, independent of loads.
 //!
-//! The mean speeds of equal slots follow the mean commands as in [`response`](super::response), and an unbalanced load pulls with
-//! sine and cosine of the angle: `v[k] = a v[k-1] + b u[k] + c u[k-1] + d + e sin(theta) + f cos(theta)`. The gain `b + c` has the
-//! sign of the wiring. A load that falls, a shaft that coasts or a controller that brakes are in `a`, `d`, `e` and `f`. Its
-//! standard error is that of least squares (Ljung, System Identification, 1999, appendix II).
+//! Input: a run in equal time bins. Output: the gain over its standard error. The mean speeds follow the mean
+//! commands as in [`response`](super::response) with an unbalanced load of sine and cosine of the angle: `v[k] = a
+//! v[k-1] + b u[k] + c u[k-1] + d + e sin(theta) + f cos(theta)`. The gain `b + c` has the sign of the wiring;
+//! falling loads, coasting and braking controllers are in `a`, `d`, `e` and `f`. Least squares with its standard
+//! errors (Ljung, System Identification, 1999, appendix II).
 
 use std::f64::consts::TAU;
 
@@ -12,25 +13,25 @@ use nalgebra::{SMatrix, SVector};
 use super::response::{scale, slots};
 use crate::recording::Run;
 
-/// The regression: `a`, `b`, `c`, `d`, `e`, `f`.
+/// Coefficients `a`, `b`, `c`, `d`, `e`, `f`.
 const NUMBERS: usize = 6;
-/// Fewest slots, six for each number.
+/// Fewest bins, six for each coefficient.
 const LEAST_SLOTS: usize = 40;
-/// The command must take several values: its standard deviation is at least this share of its largest. Under a constant current with noise, the noise is the shaft's doing (a current controller against the back EMF).
+/// Least standard deviation of the command as a share of its largest. Under a constant current, noise of the command
+/// is a response to the shaft (current controller against back EMF).
 const VARIES: f64 = 0.2;
-/// Share of the speeds' variance that must be explained.
+/// Least coefficient of determination.
 const EXPLAINED: f64 = 0.5;
-/// Directions that the columns do not separate: directions with less than this share of the largest eigenvalue.
+/// Eigenvalues below this share of the largest belong to collinear directions, which are left out.
 const TOLD_APART: f64 = 1e-10;
 
 /// The gain from command to speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gain {
-    /// The gain over its standard error: how surely it has its sign.
+    /// The gain over its standard error.
     pub over_error: f64,
 }
 
-/// The gain of a run, where the run tells it.
 pub(super) fn gain(run: &Run) -> Option<Gain> {
     let cut = slots(run)?;
     let rows = cut.speed.len().checked_sub(1)?;
@@ -68,7 +69,7 @@ pub(super) fn gain(run: &Run) -> Option<Gain> {
     if !normal.iter().all(|value| value.is_finite()) {
         return None;
     }
-    // Columns that a short travel does not separate (angle and constant) share their explanation.
+    // Collinear columns (angle and constant over a short travel) share their effect.
     let eigen = normal.symmetric_eigen();
     let least = TOLD_APART * eigen.eigenvalues.max();
     let mut inverse = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();

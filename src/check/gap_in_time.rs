@@ -1,11 +1,10 @@
-//! Samples that are missing: by the device's numbers, by its times, or by the host's clock.
+//! Missing samples: by sequence numbers, by the device's times, or by the host's clock.
 
 use super::finding::{Finding, Kind, Severity};
 use super::host_clock::{held_up, stands};
 use super::subject::Subject;
 use crate::recording::{Run, Steps};
 
-/// One pause: the sample before it, and how many samples are missing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pause {
     /// Number of the sample before it.
@@ -16,7 +15,6 @@ pub(super) struct Pause {
     pub lasts_s: f64,
 }
 
-/// Every pause of a run.
 pub(super) fn pauses(run: &Run) -> Vec<Pause> {
     let Some(intervals) = Steps::of(run).filter(|_| !run.is_host_timed()) else {
         return Vec::new();

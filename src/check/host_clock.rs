@@ -1,27 +1,28 @@
-//! The board's clock as the host saw it: its rate, and gaps in its time stamps.
+//! The board's clock compared with the host's: rate, and gaps in its time stamps.
 //!
-//! An arrival is late by a scatter, never early: the earliest tell. With the offsets `o_k = host_k - board_k` the rate is
-//! off by the slope of a line through the earliest of the first and of the last tenth. After a gap in the board's time stamps all later offsets are larger: between the earliest of the [`BEFORE_S`] before a sample and the earliest of the
-//! [`AFTER_S`] from it on there is a step, which no late arrival makes, since what comes late is followed by what does not.
-//! Such steps are taken off before the slope is measured.
+//! Arrivals are late by a random delay and never early, so that the earliest ones determine the offset. With the
+//! offsets `o_k = host_k - board_k` the rate error is the slope of a line through the earliest of the first and of
+//! the last tenth. A gap in the board's time stamps shifts all later offsets: a step between the earliest of
+//! [`BEFORE_S`] before a sample and the earliest of [`AFTER_S`] after it, which no late arrival causes. Such steps
+//! are removed before the slope is estimated.
 //!
-//! A host that reads nothing for a while (a program that was suspended, a machine under load) gets what waited meanwhile at once: the
-//! arrivals after its pause come in a burst. A burst says nothing of the board, and neither does the clock of a
-//! virtual board, which computes as fast as it is told to, or as the machine lets it.
+//! A host that does not read for a while (a suspended program, a machine under load) gets the waiting samples at
+//! once: a burst. Bursts carry no information about the board, nor does the clock of a virtual board, whose speed is
+//! a setting.
 
 use crate::recording::Run;
 
-/// How long before and after it a step is looked for, in s, and with how many samples at least.
+/// Windows before and after a step of the offset in s, and the fewest samples in each.
 const BEFORE_S: f64 = 0.15;
 const AFTER_S: f64 = 1.0;
 const LEAST_SAMPLES: usize = 6;
-/// Shortest stand that is told from scatter, in s, and as a multiple of the scatter.
+/// Shortest gap that is distinguished from scatter, in s, and as a multiple of the scatter.
 const LEAST_S: f64 = 0.004;
 const SCATTER_FACTOR: f64 = 4.0;
 
-/// Shortest pause of the host, in s: a bridge and a busy host make 40 ms.
+/// Shortest pause of the host in s: a bridge and a busy host cause 40 ms.
 const HOST_PAUSE_S: f64 = 0.1;
-/// Arrivals in less than this share of the board's time are a burst.
+/// Arrivals within less than this share of the board's time are a burst.
 const BURST: f64 = 0.5;
 
 /// A gap in the board's time stamps.
@@ -33,29 +34,28 @@ pub(crate) struct Stand {
     pub lost_s: f64,
 }
 
-/// By how much the board's clock is off as the host saw it, and the time in s between first and last look;
-/// `None` where only one clock was there.
+/// Rate error of the board's clock relative to the host's, and the interval in s over which it is measured; `None`
+/// with one clock only.
 pub(crate) fn host_clock(run: &Run) -> Option<(f64, f64)> {
     let offsets = offsets(run)?;
     let stands = stands_in(&run.t_s, &offsets);
     slope(run, &without(offsets, &stands))
 }
 
-/// Gaps in the board's time stamps, by the host's clock; none if only one clock was recorded.
+/// Gaps in the board's time stamps by the host's clock; none with one clock only.
 pub(crate) fn stands(run: &Run) -> Vec<Stand> {
     offsets(run).map_or_else(Vec::new, |offsets| stands_in(&run.t_s, &offsets))
 }
 
-/// Where the host read nothing for a while and then got what had waited.
+/// A pause of the host, after which it read the waiting samples at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct HeldUp {
-    /// Number of the first sample that it got then.
+    /// Number of the first sample read after the pause.
     pub sample: usize,
-    /// For how long it read nothing, in s.
+    /// Length in s.
     pub lasts_s: f64,
 }
 
-/// Every pause of the host.
 pub(crate) fn held_up(run: &Run) -> Vec<HeldUp> {
     let Some(host) = run.host_t_s.as_ref().filter(|_| !run.is_host_timed()) else {
         return Vec::new();
@@ -76,7 +76,7 @@ fn is_burst(host: &[f64], t_s: &[f64], from: usize, to: usize) -> bool {
     host[to] - host[from] < BURST * (t_s[to] - t_s[from])
 }
 
-/// Whether the board is a virtual one: its seconds are computed.
+/// Whether the board is virtual: its time is computed.
 fn is_virtual(run: &Run) -> bool {
     let word = |key: &str| run.header.get(key).and_then(toml::Value::as_str);
     word("port").is_some_and(|port| port.starts_with("virtual:"))
@@ -130,7 +130,7 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
     if n / 3 < before {
         return Vec::new();
     }
-    // The earliest of each block, the rate of the middle pair of blocks, and how far the middle arrival is behind.
+    // The earliest of each block, the median slope over pairs of blocks, and the median delay.
     let earliest = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
     let blocks: Vec<(f64, f64)> = (offsets.chunks_exact(before).zip(t_s.chunks_exact(before)))
         .map(|(offsets, t_s)| (t_s[0], earliest(offsets)))
@@ -152,7 +152,6 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
     while k + LEAST_SAMPLES <= n {
         let earlier = earliest(&even[from.max(k.saturating_sub(before))..k]);
         let later = earliest(&even[k..(k + after).min(n)]);
-        // The offsets are the arrivals less the board's times.
         let end = (k + after).min(n) - 1;
         let passed_s = offsets[end] + t_s[end] - offsets[k] - t_s[k];
         let has_waited = passed_s < BURST * (t_s[end] - t_s[k]);
@@ -181,8 +180,8 @@ mod tests {
 
     const SAMPLE_TIME_S: f64 = 0.003;
 
-    /// A board that is off by `rate` and stands still before these samples for so long, seen by a host to which samples
-    /// come late by up to 3 ms, a few of them by 40 ms with those behind them.
+    /// A board with this rate error and these gaps in its time stamps; the host receives samples up to 3 ms late, a
+    /// few of them 40 ms late together with the following ones.
     fn seen(rate: f64, stands: &[(usize, f64)]) -> Run {
         let mut stood_s = 0.0;
         let mut host = Vec::new();

@@ -1,54 +1,55 @@
-//! Where the command jumps from one held level to another, and how far the counts have gone from where they would have been without.
+//! Step responses: the counts after a step of the command relative to the extrapolated motion before it.
 //!
-//! Before the jump the shaft rests or turns steadily; a straight line through those positions says where it would be afterwards,
-//! and how surely (linear regression's prediction). Motion beyond it is the response to the jump.
+//! Before the step the shaft rests or turns steadily. A straight line through those positions is extrapolated with
+//! its standard error (prediction of linear regression); the difference is the response.
 
 use super::gap_in_time::pauses;
 use crate::recording::Run;
 use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
-/// A jump is at least this share of the largest command.
+/// Least step as a share of the largest command.
 const JUMPS: f64 = 0.2;
-/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply varies by 1 %.
+/// A command is held while it varies by less than this share of the largest: a PWM step of 8 bits is 0.4 %, a
+/// measured supply varies by 1 %.
 const HOLDS: f64 = 0.02;
-/// Samples before the jump in which the shaft may already answer, where the command is late in its column.
+/// Samples before the step that may already contain the response, if the command column is late.
 pub(super) const MOST_LATE: usize = 4;
-/// Positions of the line, at least and at most.
+/// Fewest and most positions of the line.
 const LEAST_LINE: usize = 9;
 const MOST_LINE: usize = 41;
-/// Steps after the jump that are looked at, at least and at most.
+/// Fewest and most samples examined after the step.
 const LEAST_AFTER: usize = 4;
 pub(super) const MOST_AFTER: usize = 60;
-/// The answer passes so many counts, and beside them so many standard errors of the line.
+/// Least response in counts, plus so many standard errors of the line.
 const ANSWER_COUNTS: f64 = 10.0;
 const ANSWER_ERRORS: f64 = 10.0;
-/// Most jumps of a run that are looked at.
+/// Most steps examined in a run.
 const MOST_JUMPS: usize = 200;
 
-/// One jump of the command, and the answer.
+/// One step of the command and its response.
 #[derive(Debug)]
 pub(super) struct Jump {
     /// Number of the first sample with the new command.
     pub at: usize,
-    /// Of the sample of the jump, those after it and the few before it that the line leaves out: time from the jump in s, and counts
-    /// beyond the line in the direction of the answer.
+    /// Response: time from the step in s, and counts beyond the line in the direction of the response; begins with
+    /// the few samples before the step that the line leaves out.
     pub answer: Vec<(f64, f64)>,
-    /// Counts beyond the line when the command jumps, and their standard error.
+    /// Response at the time of the step in counts, and its standard error.
     pub ahead: (f64, f64),
-    /// Speed before in counts/s, in the direction of the answer.
+    /// Speed before the step in counts/s, in the direction of the response.
     pub speed_counts_s: f64,
 }
 
-/// Every jump of a run from rest or steady turning, and at most so many steps after it (`most_after`). Counts that are uncertain by so
-/// many samples (`slack`) are ahead only where they were before. The command in a pause is not known, so that line and answer end
-/// at one.
+/// Every step of a run from rest or steady turning, with at most `most_after` samples after it. Counts that are
+/// uncertain by `slack` samples are ahead only if they were so earlier. In a pause the command is unknown, so that
+/// line and response end there.
 pub(super) fn jumps(run: &Run, slack: usize, most_after: usize) -> Vec<Jump> {
     let sizes = run.command.iter().map(|u| u.abs());
     let largest = sizes.fold(0.0_f64, f64::max);
     let apart = |a: usize, b: usize| (run.command[a] - run.command[b]).abs();
     let same = |a: usize, b: usize| apart(a, b) <= HOLDS * largest;
     let pauses: Vec<usize> = pauses(run).iter().map(|pause| pause.before).collect();
-    // The samples around one that no pause divides.
+    // The samples around this one up to the next pauses.
     let undivided = |at: usize| {
         let next = pauses.partition_point(|before| *before < at);
         let from = next.checked_sub(1).map_or(0, |last| pauses[last] + 1);
@@ -65,7 +66,7 @@ pub(super) fn jumps(run: &Run, slack: usize, most_after: usize) -> Vec<Jump> {
             let held_after = (at..whole.end.min(at + most_after))
                 .take_while(|&k| same(k, at))
                 .count();
-            // A command is in force until the sample after it.
+            // A command holds until the next sample.
             let end = (at + held_after).min(whole.end - 1);
             let line = held_before.checked_sub(MOST_LATE)?;
             let is_long_enough = line >= LEAST_LINE && end - at >= LEAST_AFTER;
@@ -75,7 +76,7 @@ pub(super) fn jumps(run: &Run, slack: usize, most_after: usize) -> Vec<Jump> {
         .collect()
 }
 
-/// Counts from the jump on, minus a line through the `line` positions before.
+/// Counts from the step on, minus a line through the `line` positions before it.
 fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option<Jump> {
     let position = |k: usize| run.counts[k].saturating_sub(run.counts[at]) as f64;
     let time_s = |k: usize| run.t_s[k] - run.t_s[at];
@@ -94,7 +95,7 @@ fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option
     }
     let speed = tp / tt;
     let on_line = |t: f64| mean_p + speed * (t - mean_t);
-    // A bend of the line: the part of t^2 that mean and line do not have, and what it makes at the jump.
+    // Curvature of the line: the part of t^2 orthogonal to constant and slope, and its value at the step.
     let square = |t: f64| t * t - tt / n - t3 / tt * t;
     let (mut left, mut bent) = (0.0, 0.0);
     for k in before {
@@ -107,7 +108,7 @@ fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option
     let error = |t: f64| (variance * (1.0 + 1.0 / n + (t - mean_t).powi(2) / tt)).sqrt();
     let gone = position(end) - on_line(time_s(end));
     let is_answer = gone.abs() >= ANSWER_COUNTS + ANSWER_ERRORS * error(time_s(end));
-    // A shaft that is still speeding up or running down has no line.
+    // An accelerating or decelerating shaft has no line.
     let is_straight = bend <= 2.0 * error(0.0);
     let beyond = |k: usize| gone.signum() * (position(k) - on_line(time_s(k)));
     (is_answer && is_straight).then(|| Jump {
@@ -122,7 +123,7 @@ fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option
 mod tests {
     use super::*;
 
-    /// Rest, then 10 counts a sample from the sample 50 on; a pause of 20 samples before this sample.
+    /// Rest, then 10 counts a sample from sample 50 on; a pause of 20 samples before this sample.
     fn run(pause: usize) -> Run {
         let t = |k: usize| (if k < pause { k } else { k + 20 }) as f64;
         Run {
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn what_a_pause_divides_is_no_jump_and_no_answer() {
-        // In the jump, right after it, and so soon before it that no line is left.
+        // In the step, right after it, and so shortly before it that no line is left.
         for pause in [50, 51, 53, 40] {
             assert!(jumps(&run(pause), 0, MOST_AFTER).is_empty(), "{pause}");
         }

@@ -1,8 +1,8 @@
-//! Counts that pass more slowly one way than the other under commands of the same size.
+//! Counts that pass more slowly in one direction under commands of equal size.
 //!
-//! A counter that loses edges of one direction, and a motor whose driver, brushes or friction differ by direction, have the same
-//! steady rates; of a counter without a direction the counts rise both ways. The largest pair of commands that differ in their sign alone is
-//! compared in steady turning, where friction weighs least.
+//! A counter that loses edges of one direction and a motor whose driver, brushes or friction differ by direction have
+//! the same steady rates; a counter without direction counts up in both. Compared is the largest pair of commands of
+//! opposite sign in steady turning, where friction matters least.
 
 use super::edges_lost::{DIFFERS, holds, steady};
 use super::finding::{Finding, Kind, Severity};
@@ -10,7 +10,7 @@ use super::random_loss::{self, RandomLoss};
 use super::subject::Subject;
 use super::words::{digits, unit};
 
-/// The rates differ by at least this share. Real motors reach 6 % (a gain by direction of a LEGO motor).
+/// Least difference of the rates. Real motors reach 6 % (direction-dependent gain of a LEGO motor).
 const LOSES: f64 = 0.1;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {

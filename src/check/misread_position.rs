@@ -1,19 +1,19 @@
-//! Readings of the position that are none: the count leaps away for a sample or a few and comes back.
+//! Invalid readings of the position: the count jumps for one or a few samples and returns.
 //!
-//! A failed read of a servo or an encoder is logged as a number like any other. A shaft does not leap: what goes away and comes back by
-//! far more than the shaft moves in a sample anywhere else was misread.
+//! A failed read of a servo or an encoder is logged as an ordinary number. A jump that returns and is far larger than
+//! any other change within a sample cannot be motion.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use crate::recording::Run;
 
-/// Most samples in a row that are misread. Convention.
+/// Most consecutive misread samples. Convention.
 const MOST_TOGETHER: usize = 3;
-/// The count comes back to within this share of what it leapt by. Convention.
+/// The count returns to within this share of the jump. Convention.
 const BACK: f64 = 0.1;
-/// The leap is at least so many times the largest change elsewhere. Convention: far beyond what a shaft does in a sample.
+/// Least jump as a multiple of the largest change elsewhere. Convention.
 const LEAPS: f64 = 5.0;
-/// Where more of the samples leap than this share, leaping is what the log does.
+/// Above this share of the samples, jumps are a property of the log and no misreadings.
 const MOST_SHARE: f64 = 0.02;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -43,7 +43,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     )]
 }
 
-/// Numbers of the samples whose position was misread, in their order.
 pub(crate) fn misread_positions(run: &Run) -> Vec<usize> {
     let n = run.len();
     let change = |from: usize, to: usize| run.counts[to] as f64 - run.counts[from] as f64;
@@ -74,7 +73,7 @@ pub(crate) fn misread_positions(run: &Run) -> Vec<usize> {
             .iter_mut()
             .for_each(|leap| *leap = true);
     }
-    // Of a leap at either end nothing says that it comes back.
+    // A jump at either end cannot be seen to return.
     let elsewhere = (2..n.saturating_sub(1)).filter(|k| !is_leap[*k]);
     let largest = elsewhere.fold(1.0, |most, k| f64::max(most, change(k - 1, k).abs()));
     let misread: Vec<usize> = (leaps.iter())
@@ -106,13 +105,13 @@ mod tests {
         failed[40] = -2047;
         (200..203).for_each(|k| failed[k] = 65_535);
         failed[399] = 0;
-        // The last one may be the first of more to come: nothing says that it comes back.
+        // A jump at the end cannot be seen to return.
         assert_eq!(misread_positions(&run(failed)), [40, 200, 201, 202]);
-        // A shaft that is turned round, and one that rests on an edge.
+        // A shaft that reverses, and one that rests on an edge.
         let turned = (0..400_i64).map(|k| 30 * (200 - (k - 200).abs()));
         assert!(misread_positions(&run(turned)).is_empty());
         assert!(misread_positions(&run((0..400).map(|k| k % 2))).is_empty());
-        // Where every other sample leaps, leaping is what the log does.
+        // Jumps in every other sample are a property of the log.
         let every = (0..400).map(|k| 500 * (k % 2));
         assert!(misread_positions(&run(every)).is_empty());
         assert!(misread_positions(&run([0, 900])).is_empty());

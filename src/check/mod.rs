@@ -1,8 +1,8 @@
-//! Errors of a recording itself, before any conclusion.
+//! Findings about a recording itself, before any diagnosis.
 //!
-//! [`check`] holds what a recording says against what a motor can do. Each kind of finding is a file with one
-//! function, and a line in the table `KINDS`. A finding has the figures that it rests on and the remedy: the flag, the key of
-//! the mapping or the wire to change. Findings that an effect of the catalogue can model are never fatal.
+//! Input: runs and, if given, the motor file. Output: findings, each with its figures and its remedy (a flag, a key
+//! of the mapping, a wire). Each kind is one file with one function and a row of the table `KINDS`. Findings that an
+//! effect of the catalogue can model are never fatal.
 //!
 //! ```
 //! use motorlab::check::{Kind, Severity, check};
@@ -66,10 +66,9 @@ pub(crate) use zero_speeds::{SPEED_ZERO, ZeroSpeeds};
 use crate::motor::Motor;
 use crate::recording::Run;
 
-/// A kind of finding: everything of it in one run.
 type Find = fn(&Subject<'_>) -> Vec<Finding>;
 
-/// Every kind, in the order in which those of the same severity are listed.
+/// Every kind of finding of one run; findings of the same severity are listed in this order.
 const KINDS: &[Find] = &[
     channel_stuck::find,
     counts_scale::find,
@@ -93,18 +92,17 @@ const KINDS: &[Find] = &[
     starts_in_motion::find,
 ];
 
-/// A kind of finding for which runs of one motor are held against each other: everything of it in all of them.
 type FindAmong = fn(&[Subject<'_>]) -> Vec<Finding>;
 
-/// Every such kind; of those of the same severity they are listed first.
+/// Every kind of finding that compares runs of one motor; listed first among findings of the same severity.
 const AMONG_RUNS: &[FindAmong] = &[encoder_reversed::find, edges_lost::find];
 
-/// Everything that is wrong with these runs of one motor, what is fatal first; with the motor file where there is one.
+/// All findings of these runs of one motor, the most severe first; with the motor file where there is one.
 pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
     check_taught(runs, std::slice::from_ref(&(0..runs.len())), motor)
 }
 
-/// The same, where each of these ranges of the runs has to teach something by itself: the shaft moves in it.
+/// As [`check`], with the requirement that the shaft moves in each of these ranges of runs (training data).
 pub fn check_taught(runs: &[Run], taught: &[Range<usize>], motor: Option<&Motor>) -> Vec<Finding> {
     let names: Vec<String> = (runs.iter().enumerate())
         .map(|(k, run)| match &run.path {
@@ -115,7 +113,7 @@ pub fn check_taught(runs: &[Run], taught: &[Range<usize>], motor: Option<&Motor>
     let subjects: Vec<Subject<'_>> = (runs.iter().zip(&names))
         .map(|(run, name)| Subject { run, name, motor })
         .collect();
-    // Of a few samples nothing else can be told.
+    // With a few samples nothing else can be determined.
     let each = subjects
         .iter()
         .flat_map(|subject| match too_short::find(subject) {

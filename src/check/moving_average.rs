@@ -1,10 +1,11 @@
 //! A logged speed (or position) that is the mean of the last rows.
 //!
-//! The sum of a moving average of speeds is the moving average of the positions. After a jump of the command from rest or steady turning a first-order
-//! answer is then `K m(t)`, the mean of `r(t - j h)` over `j = 0 .. N - 1`, with `r(z) = z - tau (1 - exp(-z / tau))`: it bends at `N` rows,
-//! where the last row from before the jump leaves the mean. A delay bends nowhere else than at its end, and a filter or an inductance
-//! nowhere: their answer is that of two time constants, `z - (tau + f) + (tau^2 exp(-z / tau) - f^2 exp(-z / f)) / (tau - f)`. All are fitted
-//! to the positions after the jumps, each jump with its own `K`, and the mean is named where it leaves far less than the best of the others.
+//! The integral of a moving average of speeds is the moving average of the positions. A first-order step response
+//! becomes `K m(t)`, the mean of `r(t - j h)` over `j = 0 .. N - 1` with `r(z) = z - tau (1 - exp(-z / tau))`, which
+//! has a kink after `N` rows. A dead time has its kink at its end only; a filter or an inductance has none: its
+//! response has two time constants, `z - (tau + f) + (tau^2 exp(-z / tau) - f^2 exp(-z / f)) / (tau - f)`. All three
+//! are fitted to the positions after the steps, with one gain `K` for each step; the mean is reported where its
+//! residual is far below the best of the others.
 
 use super::command_offset::{AT_REST, golden, looked_at};
 use super::finding::{Finding, Kind, Severity};
@@ -14,29 +15,28 @@ use super::words::time;
 use crate::recording::Steps;
 use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
-/// Rows of the mean that are tried.
+/// Window lengths tried, in rows.
 const FEWEST_ROWS: usize = 3;
 const MOST_ROWS: usize = 30;
-/// Time constants that are tried for the motor and for a filter, in samples: from the first, each so many times the one before. The motor's
-/// is then sought between the best one's neighbours.
+/// Grid of time constants of the motor and of the filter in samples: the first, and the ratio between neighbours. The
+/// motor's is refined between the neighbours of the best.
 const SHORTEST_TAU: f64 = 0.5;
 const TAU_STEP: f64 = 1.5;
 const TAUS: i32 = 13;
 const FILTERS: i32 = 11;
-/// Dead times that are tried, in samples: from before the command (a speed that is summed up is uncertain by a sample) by this step.
+/// Grid of dead times in samples; it begins before the command, as an integrated speed is uncertain by one sample.
 const EARLIEST: f64 = -1.0;
 const DEAD_STEP: f64 = 0.5;
 const MEAN_DEADS: i32 = 7;
 const OTHER_DEADS: i32 = 20;
-/// Jumps that are fitted.
 const MOST_FITTED: usize = 6;
-/// The mean leaves at most this share (root mean square) of what a first-order answer leaves, and the logarithm of their likelihood
-/// ratio is at least this, which correlated residuals do not reach.
+/// The RMS residual of the mean is at most this share of the first-order one, and the log likelihood ratio exceeds
+/// this bound, which correlated residuals do not reach.
 const LEAVES: f64 = 0.8;
 const SURE: f64 = 30.0;
-/// Against a filter the logarithm is at least this; from `SURE` on it is a warning, below a note.
+/// Least log likelihood ratio against a filter; from `SURE` on a warning, below it a note.
 const LIKELIER: f64 = 8.0;
-/// The answers pass so many counts in all, so that the bend is beyond rounding.
+/// Least counts of all responses together: the kink is then above quantization.
 const LEAST_COUNTS: f64 = 40.0;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -63,7 +63,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let first_orders = deads(OTHER_DEADS)
         .map(|dead| best_tau(|tau| left(&fitted, step_s, |z| first_order(z - dead, tau))));
     let plain = first_orders.fold(f64::INFINITY, f64::min);
-    // Nothing is left that a mean could explain.
+    // Quantization alone is left.
     if plain <= rounding / LEAVES.powi(2) {
         return Vec::new();
     }
@@ -126,7 +126,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     )]
 }
 
-/// Residual of the best time constant: the best of those that are tried, then between its neighbours (golden section).
+/// Residual with the best time constant: grid search, then golden-section search.
 fn best_tau(left: impl Fn(f64) -> f64) -> f64 {
     let of = |ln_tau: f64| left(ln_tau.exp());
     let tried = (0..TAUS).map(|k| SHORTEST_TAU.ln() + f64::from(k) * TAU_STEP.ln());
@@ -136,22 +136,21 @@ fn best_tau(left: impl Fn(f64) -> f64) -> f64 {
     best.map_or(f64::INFINITY, |best| golden(best, TAU_STEP.ln(), of))
 }
 
-/// Position of a first-order answer after `z` samples, for a gain of 1.
+/// Position of a first-order response after `z` samples, for a gain of 1.
 fn first_order(z: f64, tau: f64) -> f64 {
     let z = z.max(0.0);
     z - tau * (1.0 - (-z / tau).exp())
 }
 
-/// The mean of the last `rows` of them.
 fn mean_of(rows: usize, z: f64, tau: f64) -> f64 {
     let sum: f64 = (0..rows).map(|j| first_order(z - j as f64, tau)).sum();
     sum / rows as f64
 }
 
-/// The same answer behind a filter.
+/// The first-order response behind a first-order filter.
 fn two_constants(z: f64, tau: f64, filter: f64) -> f64 {
     let z = z.max(0.0);
-    // Two equal constants are the limit of two that differ a little.
+    // Two equal time constants are the limit of two that differ slightly.
     let filter = if (tau / filter - 1.0).abs() < 1e-3 {
         1.001 * filter
     } else {
@@ -161,7 +160,7 @@ fn two_constants(z: f64, tau: f64, filter: f64) -> f64 {
     z - (tau + filter) + ends / (tau - filter)
 }
 
-/// Residual of a shape of response to the jumps, in counts^2; each jump has its own gain.
+/// Residual in counts^2 of a response shape over the steps; one gain for each step.
 fn left(jumps: &[&Jump], step_s: f64, shape: impl Fn(f64) -> f64) -> f64 {
     let of_jump = |jump: &&Jump| {
         let (mut ff, mut fy, mut yy) = (0.0, 0.0, 0.0);

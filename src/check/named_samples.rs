@@ -1,4 +1,4 @@
-//! The samples that findings name: no model of the motor has to explain them.
+//! Samples that findings name as invalid, which no model of the motor has to explain.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -9,10 +9,10 @@ use super::stale_rows::stale_rows;
 use super::subject::has;
 use crate::recording::Run;
 
-/// Numbers of the samples whose position was misread or is that of an earlier row, and of those in which the drive was off under its
-/// command, run-out included; in their order.
+/// Numbers of the samples with a misread or stale position, and of those in which the drive was off under its
+/// command, run-out included; ascending.
 ///
-/// A fit leaves them out, or begins anew after them.
+/// A fit leaves them out, or restarts after them.
 pub fn samples_named_by_check(run: &Run) -> Vec<usize> {
     if !has(run, "position") {
         return Vec::new();
@@ -22,7 +22,6 @@ pub fn samples_named_by_check(run: &Run) -> Vec<usize> {
     named.into_iter().collect()
 }
 
-/// Samples in which the drive was off under its command, run-out included; intervals in their order.
 pub(crate) fn off_under_command(run: &Run) -> Vec<Range<usize>> {
     if !has(run, "position") || !has(run, "command") {
         return Vec::new();
@@ -31,7 +30,7 @@ pub(crate) fn off_under_command(run: &Run) -> Vec<Range<usize>> {
     off_intervals(run).iter().map(of).collect()
 }
 
-/// Numbers of the samples whose position was misread or is that of an earlier row, in their order: single rows, which a fit leaves out.
+/// Numbers of the samples with a misread or stale position, ascending: single rows, which a fit leaves out.
 pub(crate) fn misread_or_stale(run: &Run) -> Vec<usize> {
     if !has(run, "position") {
         return Vec::new();
@@ -57,7 +56,7 @@ mod tests {
         run.counts[50] = -9000;
         let expected: Vec<usize> = [50].into_iter().chain(200..300).collect();
         assert_eq!(samples_named_by_check(&run), expected);
-        // A log without its command says nothing of the drive.
+        // Without a recorded command the drive is unknown.
         let header = "[imported]\ncommand = \"not recorded\"\n";
         run.header = header.parse().expect("TOML");
         assert_eq!(samples_named_by_check(&run), [50]);

@@ -1,12 +1,13 @@
-//! A shaft that stands still under a command that turned it before: the drive was off, or something held the shaft.
+//! A shaft at rest under a command that turned it before: the drive was off, or the shaft was held.
 //!
-//! A command that has turned the shaft by a whole turn, from rest or through a reversal, overcomes friction, dead zone and any load of an
-//! angle. The same command, or a larger one of the same sign, cannot leave the shaft at rest. No effect of the catalogue makes it
-//! do so, and a model that is fitted across such an interval explains a switch by parameters. The interval begins where
-//! the speed begins to fall.
+//! A command that has turned the shaft by a whole turn, from rest or through a reversal, overcomes friction, dead
+//! zone and any angle-dependent load. No effect of the catalogue keeps the shaft at rest under the same or a larger
+//! command of that sign, and a model fitted across such an interval explains a switch by parameters. The interval
+//! begins where the speed begins to fall.
 //!
-//! A shaft that turns round stands still too, as far as a coarse encoder shows. The counts that the motor's acceleration cost it in the
-//! turn before are therefore left out of what it misses: under a chirp it has half a period to turn round.
+//! A reversing shaft is at rest as well, within the resolution of a coarse encoder. The counts lost to acceleration
+//! in the turn before are therefore subtracted from the missing travel: under a chirp the reversal takes half a
+//! period.
 
 use super::finding::{Finding, Kind, Severity};
 use super::misread_position::misread_positions;
@@ -14,26 +15,25 @@ use super::subject::Subject;
 use super::words::{digits, time, unit};
 use crate::recording::Run;
 
-/// A command holds within this share: a PWM step of 8 bits is 0.4 %, a measured supply varies by 1 %.
+/// A command is held while it varies by less than this share: a PWM step of 8 bits is 0.4 %, a measured supply varies
+/// by 1 %.
 const HOLDS: f64 = 0.02;
-/// Turns that a command must have turned the shaft, so that no load of an angle holds it.
+/// Turns after which no angle-dependent load can hold the shaft.
 const TURNED: f64 = 1.0;
-/// Counts that it must have passed meanwhile: one count of rounding is 2 % of them.
+/// Least counts of these turns: one count of quantization is 2 % of them.
 const LEAST_COUNTS: f64 = 50.0;
-/// Fewest samples of a standstill.
 const LEAST_STILL: usize = 10;
-/// Travel that the shaft would have made in the standstill, acceleration included: so many turns, and so many counts (one of rounding is 5 % of them).
+/// Least missing travel in turns, acceleration included, and in counts (one of quantization is 5 % of them).
 const MISSED_TURNS: f64 = 0.25;
 const MISSED_COUNTS: f64 = 20.0;
-/// A standstill that begins with the command, at rest, and ends in motion under it is a delay up to this time in s: the range of the
-/// catalogue's `transport_delay` ends at 0.3 s.
+/// A standstill that begins with the command, at rest, and ends in motion is a dead time up to this length in s: the
+/// range of the catalogue's `transport_delay` ends at 0.3 s.
 const LONGEST_DELAY_S: f64 = 0.5;
-/// The run-out begins where the speed was last above this share of its largest under the command. Convention.
+/// The run-out begins at the last speed above this share of the largest. Convention.
 const FULL_SPEED: f64 = 0.9;
-/// Samples over which the speed of the run-out is looked at.
+/// Samples over which the speed of the run-out is averaged.
 const SPEED_SAMPLES: usize = 4;
 
-/// An interval in which the drive was off under its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Off {
     /// Number of the sample at which the speed begins to fall.
@@ -42,18 +42,17 @@ pub(crate) struct Off {
     pub still: usize,
     /// Number of the last sample at rest.
     pub to: usize,
-    /// The smallest command meanwhile.
+    /// Smallest command in the interval.
     command: f64,
-    /// The largest command of the turn before, and the rate there in counts/s.
+    /// The command of the turn before, and its rate.
     turned: Turned,
 }
 
-/// A command that turned the shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Turned {
     command: f64,
     counts_s: f64,
-    /// Counts that it was behind one at that rate from the first sample of the command on.
+    /// Counts lost to acceleration, relative to this rate from the first sample of the command on.
     behind: f64,
 }
 
@@ -108,7 +107,7 @@ fn finding(subject: &Subject<'_>, off: &Off) -> Finding {
     )
 }
 
-/// Every interval in which the shaft stands still under a command that turned it before, with its run-out.
+/// Every standstill under a command that turned the shaft before, with its run-out.
 pub(crate) fn off_intervals(run: &Run) -> Vec<Off> {
     let misread = misread_positions(run);
     if misread.is_empty() {
@@ -137,7 +136,7 @@ fn intervals(run: &Run) -> Vec<Off> {
             let Some(turned) = turned else { continue };
             let least = (1.0 - HOLDS) * turned.command.abs();
             let is_held = |k: usize| direction * run.command[k] >= least;
-            // A command is in force until the sample after it.
+            // A command holds until the next sample.
             let mut k = from;
             while k < to {
                 if !is_held(k) {
@@ -147,7 +146,7 @@ fn intervals(run: &Run) -> Vec<Off> {
                 let end = (k..to).find(|&k| !is_held(k)).unwrap_or(to);
                 if let Some(off) = off(run, (from, to), (k, end), turned) {
                     match found.last_mut() {
-                        // The last count of the run-out divides a standstill.
+                        // The last count of the run-out splits a standstill.
                         Some(last) if off.still <= last.to + 1 => last.to = off.to,
                         _ => found.push(off),
                     }
@@ -160,7 +159,7 @@ fn intervals(run: &Run) -> Vec<Off> {
     found
 }
 
-/// A standstill (`rest`) in whose part (`held`) the command is one that turned the shaft.
+/// A standstill (`rest`) during whose part `held` the command is one that turned the shaft.
 fn off(run: &Run, rest: (usize, usize), held: (usize, usize), turned: Turned) -> Option<Off> {
     let (still, to) = held;
     let still_s = run.t_s[to] - run.t_s[still];
@@ -168,7 +167,7 @@ fn off(run: &Run, rest: (usize, usize), held: (usize, usize), turned: Turned) ->
     let is_long = to - still >= LEAST_STILL
         && missed >= MISSED_COUNTS
         && missed >= MISSED_TURNS * run.counts_per_rev;
-    // The command came at rest, and the shaft follows it late.
+    // The command steps at rest, and the shaft responds late.
     let is_late = still > rest.0 && to == rest.1 && to + 1 < run.len();
     if !is_long || (is_late && still_s < LONGEST_DELAY_S) {
         return None;
@@ -190,7 +189,8 @@ fn off(run: &Run, rest: (usize, usize), held: (usize, usize), turned: Turned) ->
     })
 }
 
-/// The sample from which on the speed falls to the standstill at `still` under a command of at least `least`, with its sign.
+/// The sample from which the speed falls to the standstill at `still` under a command of at least `least`, with its
+/// sign.
 fn run_out(run: &Run, still: usize, least: f64) -> usize {
     let is_held = |k: usize| least.signum() * run.command[k] >= least.abs();
     let from = (0..still).rev().take_while(|&k| is_held(k)).last();
@@ -208,7 +208,7 @@ fn run_out(run: &Run, still: usize, least: f64) -> usize {
         .unwrap_or(still)
 }
 
-/// Intervals at rest: the count stays within one, which is dither on an edge.
+/// Intervals at rest: the count varies by at most one, which is dither on an edge.
 fn standstills(run: &Run) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut from = 0;
@@ -232,7 +232,7 @@ fn standstills(run: &Run) -> Vec<(usize, usize)> {
     found
 }
 
-/// Commands that turn the shaft by a revolution between two standstills: by direction, the smallest such command.
+/// Records the commands that turn the shaft by a revolution between two standstills: the smallest for each direction.
 fn learn(run: &Run, from: usize, to: usize, turned: &mut [Option<Turned>; 2]) {
     let mut k = from;
     while k < to {
@@ -255,7 +255,7 @@ fn learn(run: &Run, from: usize, to: usize, turned: &mut [Option<Turned>; 2]) {
             let slot = &mut turned[usize::from(direction < 0.0)];
             let is_less = slot.is_none_or(|known| largest < known.command.abs());
             if is_less && counts_s.is_finite() && lasts_s > 0.0 {
-                // The command began in the standstill before, or while the shaft still turned the other way.
+                // The command began in the standstill before, or before a reversal.
                 let onset = (0..k).rev().take_while(same).last().unwrap_or(k);
                 let ideal = counts_s * (run.t_s[turn] - run.t_s[onset]);
                 let made = direction * run.counts[turn].saturating_sub(run.counts[onset]) as f64;
@@ -307,7 +307,7 @@ mod tests {
             panic!("{meanwhile:?}")
         };
         assert!(off.to.abs_diff(320) <= 2, "{off:?}");
-        // Another level of the same sign, and the other sign.
+        // Another level of the same sign, and the opposite sign.
         let levels = |k: usize| [0.0, 3.0, -3.0, 4.0][k / 100];
         let found = off_intervals(&run(levels, |k| k >= 310));
         assert_eq!(found.len(), 1, "{found:?}");
@@ -316,13 +316,13 @@ mod tests {
 
     #[test]
     fn what_a_smaller_command_or_a_part_of_a_turn_leaves_open_is_not_off() {
-        // At rest under less than what turned it; and an arm that has never made a turn.
+        // At rest under less than the command that turned it; and an arm that has never made a turn.
         let staircase = |k: usize| [0.0, 6.0, 1.0, 1.0][k / 100];
         assert_eq!(off_intervals(&run(staircase, |k| k >= 200)), []);
         let mut arm = run(|k| if k < 50 { 0.0 } else { 6.0 }, |k| k >= 200);
         arm.counts_per_rev = 4000.0;
         assert_eq!(off_intervals(&arm), []);
-        // A delay of 0.2 s after the command.
+        // A dead time of 0.2 s.
         let pulses = |k: usize| {
             if (k / 100).is_multiple_of(2) {
                 0.0

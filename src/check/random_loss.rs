@@ -1,49 +1,50 @@
 //! Edges that are lost at random in one direction.
 //!
-//! A counter that misses each edge with probability `p` shows `n = (1 - p) N` of `N` edges in a slot of time, with the variance
-//! `N p (1 - p) = n p` of a binomial number. So `p` is read twice: off the counts that pass in either direction under the same
-//! commands, and off the variance of the counts in short slots. Driver, brushes and friction may take the same share of the
-//! speed, but the inertia keeps it smooth; a rough shaft is rough in both directions. The second difference of three slots
-//! takes away speed and acceleration: of independent counts it has six times their variance, of quantization 20/12 (1, -3, 3, -1).
+//! A counter that misses each edge with probability `p` shows `n = (1 - p) N` of `N` edges in a time bin, with the
+//! binomial variance `N p (1 - p) = n p`. `p` is estimated twice: from the counts in the two directions under equal
+//! commands, and from the variance of the counts in short bins. Driver, brushes and friction can cause the same
+//! difference of speed, but inertia keeps it smooth; a rough shaft is rough in both directions. The second difference
+//! of three bins removes speed and acceleration: its variance is six times that of independent counts, and 20/12 for
+//! quantization (1, -3, 3, -1).
 
 use super::edges_lost::DIFFERS;
 use super::subject::Subject;
 use crate::recording::{Run, Steps};
 
-/// Counts in a slot of the usual speed: fewer are lost in quantization, in longer slots the speed changes.
+/// Counts in a bin at the usual speed: with fewer, quantization hides the loss; in longer bins the speed changes.
 const SLOT_COUNTS: f64 = 8.0;
-/// A slot of fewer counts is no turning shaft.
+/// Bins with fewer counts are no steady motion.
 const LEAST_COUNTS: f64 = 4.0;
-/// Fewest differences in either direction: the variance has an error of 25 % then, as neighbouring ones share two slots.
+/// Fewest differences in each direction: the variance then has an error of 25 %, as neighbouring differences share
+/// two bins.
 const LEAST_SLOTS: usize = 60;
-/// Variance of a second difference of counts: of independent ones, as a multiple of theirs, and of quantization.
+/// Variance of a second difference: as a multiple of the variance of independent counts, and for quantization.
 const OF_INDEPENDENT: f64 = 6.0;
 const OF_QUANTIZATION: f64 = 20.0 / 12.0;
-/// Squared differences up to this quantile are averaged, so that starts and jolts do not weigh; of a normal distribution their mean is
-/// this share of the variance.
+/// Squared differences up to this quantile are averaged, so that starts and shocks have no weight; for a normal
+/// distribution their mean is this share of the variance.
 const KEPT: f64 = 0.9;
 const KEPT_VARIANCE: f64 = 0.623;
-/// The commands of the two directions have integrals and squares that differ by less than this share.
+/// Largest relative difference of the integrals and of the squares of the commands in the two directions.
 const ALIKE: f64 = 0.25;
-/// The two readings of the probability agree within this factor.
+/// The two estimates of the probability agree within this factor.
 const AGREE: f64 = 2.0;
-/// The variance of the other direction is below this share.
+/// Largest variance of the other direction, relative to the losing one.
 const SMOOTH: f64 = 0.3;
 
 /// Edges lost at random in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RandomLoss {
-    /// Share of the edges that is lost, by the counts that pass.
+    /// Share of the edges that is lost, from the counts in the two directions.
     pub share: f64,
-    /// The same by the variance of the counts in slots.
+    /// The same from the variance of the counts in bins.
     pub by_variance: f64,
-    /// The variance of the other direction by the same rule.
+    /// The estimate from the variance in the other direction.
     pub other_variance: f64,
-    /// -1 where the negative direction loses.
+    /// -1 if the negative direction loses.
     pub sign: f64,
 }
 
-/// Counts and commands of one direction.
 #[derive(Debug, Default)]
 struct Direction {
     counts: f64,
@@ -54,7 +55,7 @@ struct Direction {
 }
 
 impl Direction {
-    /// Variance of the counts in a slot over their mean.
+    /// Variance of the counts in a bin over their mean.
     fn variance(&mut self) -> Option<f64> {
         let many = self.squares.len();
         if many < LEAST_SLOTS {
@@ -105,7 +106,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Option<RandomLoss> {
     })
 }
 
-/// Counts, commands and differences of either direction; `None` of a shaft that hardly moves.
+/// Counts, commands and differences of both directions; `None` for a shaft that hardly moves.
 fn fill(run: &Run, directions: &mut [Direction; 2]) -> Option<()> {
     let usual_s = Steps::of(run)?.median_s();
     let mut moving: Vec<u64> = (run.counts.windows(2))

@@ -1,68 +1,67 @@
-//! How fast and how quickly the shaft answers, read off the recording without a motor.
+//! Top speed and time constant of a run, without a motor file.
 //!
-//! The run is cut into equal slots, in which the quickest pass some twenty counts, so that rounding does not pass for motion.
-//! The mean speeds of the slots follow the mean commands as a first-order system does when it is sampled:
-//! `v[k] = a v[k-1] + b u[k] + c u[k-1] + d`, with `a = exp(-h / tau)` (Ljung, System Identification, 1999, chapter 4: ARX).
+//! The run is cut into equal time bins in which the fastest passes some twenty counts, so that quantization is not
+//! taken for motion. The mean speeds follow the mean commands as a sampled first-order system, `v[k] = a v[k-1] + b
+//! u[k] + c u[k-1] + d` with `a = exp(-h / tau)` (ARX: Ljung, System Identification, 1999, chapter 4).
 
 use nalgebra::{Matrix4, Vector4};
 
 use crate::recording::Run;
 
-/// Counts that the quickest slot passes: one count of rounding is then 5 % of it.
+/// Counts in the fastest bin: one count of quantization is then 5 % of it.
 const SLOT_COUNTS: f64 = 20.0;
-/// Fewest slots that are fitted, ten for each of the four numbers.
+/// Fewest bins, ten for each of the four coefficients.
 const LEAST_SLOTS: usize = 40;
-/// Most slots that are looked at; a longer recording is looked at from its beginning.
+/// Most bins; a longer recording is examined from its beginning.
 const MOST_SLOTS: usize = 20_000;
-/// The fit must explain this share of the speeds' variance, and the commands this share of what the speed before leaves.
+/// Least share of the speeds' variance that the fit explains, and least share of the AR residual that the commands
+/// explain.
 const EXPLAINED: f64 = 0.9;
 const BY_COMMAND: f64 = 0.3;
-/// Below this share of what was before, nothing is left after one slot: the response is quicker than the slots.
+/// Below this value of `a` the response is faster than the bins.
 const LEAST_KEPT: f64 = 0.1;
 
-/// Speed and response of the motor, by the recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Response {
-    /// Speed of the quickest slot in counts/s, without regard to its sign.
+    /// Speed of the fastest bin in counts/s, absolute.
     pub top_counts_s: f64,
-    /// How long the shaft takes to follow.
+    /// Time constant.
     pub follows: Follows,
 }
 
-/// How long the shaft takes to follow its command.
+/// Time constant of the response to the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Follows {
-    /// With this time constant in s.
+    /// Its value in s.
     In(f64),
-    /// In less than this time in s.
+    /// An upper bound in s.
     Within(f64),
-    /// The recording does not say.
+    /// Not determined by the recording.
     Unknown,
 }
 
-/// The equal slots into which a run is cut.
 #[derive(Debug)]
 pub(super) struct Slots {
     /// How long each lasts in s.
     pub slot_s: f64,
-    /// Speed of the quickest in counts/s, without regard to its sign.
+    /// Speed of the fastest bin in counts/s, absolute.
     pub top_counts_s: f64,
     /// Mean speed of each in counts/s.
     pub speed: Vec<f64>,
     /// Mean command of each.
     pub command: Vec<f64>,
-    /// Position at the end of each in counts from the run's first.
+    /// Position at the end of each bin in counts, relative to the run's first.
     pub position: Vec<f64>,
 }
 
-/// A run in slots; `None` where the shaft hardly moves.
+/// A run in bins; `None` for a shaft that hardly moves.
 pub(super) fn slots(run: &Run) -> Option<Slots> {
     let (first_s, last_s) = (*run.t_s.first()?, *run.t_s.last()?);
     let steps = run.t_s.len() - 1;
     if steps == 0 {
         return None;
     }
-    // Twenty counts at the top speed; the top speed of the slots that result.
+    // Twenty counts at the top speed of the bins that result: fixed-point iteration.
     let mut slot = 1_usize;
     let top_counts_s = loop {
         let top = (0..run.len().saturating_sub(slot))
@@ -95,7 +94,7 @@ pub(super) fn slots(run: &Run) -> Option<Slots> {
     Some(found)
 }
 
-/// Top speed and response of a run; `None` where the shaft hardly moves.
+/// Top speed and time constant of a run; `None` for a shaft that hardly moves.
 pub(super) fn response(run: &Run) -> Option<Response> {
     let slots = slots(run)?;
     Some(Response {
@@ -110,7 +109,7 @@ fn follows(cut: &Slots) -> Follows {
         return Follows::Unknown;
     }
     let (speed, command) = (&cut.speed, &cut.command);
-    // Scaled, so that the normal equations are well conditioned whatever the units.
+    // Scaled, so that the normal equations are well conditioned in any units.
     let (by_speed, by_command) = (scale(speed), scale(command));
     let rows = || {
         (1..slots).map(|k| {
@@ -137,7 +136,7 @@ fn follows(cut: &Slots) -> Follows {
         left += (speed - row.dot(&fit)).powi(2);
         variance += (speed - mean).powi(2);
     }
-    // Residual with the previous speed alone, without the commands.
+    // Residual without the commands, with the previous speed alone.
     let mut alone = (0.0, 0.0, 0.0, 0.0);
     for (row, speed) in rows() {
         alone.0 += row[0] * row[0];
@@ -164,7 +163,7 @@ fn follows(cut: &Slots) -> Follows {
     }
 }
 
-/// The solution, where the columns differ from each other.
+/// The solution, if the columns are linearly independent.
 fn solved(normal: Matrix4<f64>, right: Vector4<f64>) -> Option<Vector4<f64>> {
     let eigen = normal.symmetric_eigenvalues();
     let (least, most) = (eigen.min(), eigen.max());
@@ -174,14 +173,14 @@ fn solved(normal: Matrix4<f64>, right: Vector4<f64>) -> Option<Vector4<f64>> {
     None
 }
 
-/// One over the largest of these, without regard to signs.
+/// Inverse of the largest absolute value.
 pub(super) fn scale(values: &[f64]) -> f64 {
     let most = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     if most > 0.0 { 1.0 / most } else { 1.0 }
 }
 
 impl Slots {
-    /// Speeds, commands and positions; position is drawn straight from sample to sample.
+    /// Fills speeds, commands and positions; the position is interpolated linearly.
     fn fill(&mut self, run: &Run, first_s: f64, slots: usize) {
         let (origin, slot_s) = (run.counts[0], self.slot_s);
         let (mut k, mut before) = (0, 0.0);

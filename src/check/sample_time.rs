@@ -1,7 +1,7 @@
-//! The stated sample time against the times.
+//! The stated sample time compared with the times.
 //!
-//! Only stated values are compared. The median of the file's own steps, which an import and a recorder of text lines put
-//! into the header where nothing was stated, is no statement.
+//! The median of the file's own steps, which an import and a recorder of text lines write into the header where no
+//! sample time was stated, is not a statement.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
@@ -9,21 +9,20 @@ use super::words::time;
 use crate::recording::text_capture::MEASURED;
 use crate::recording::{Run, Steps};
 
-/// The steps may be off the stated sample time by this share: a ceramic resonator's tolerance.
+/// Tolerance: that of a ceramic resonator.
 const TOLERANCE: f64 = 0.005;
-/// An estimate is off by less than so many of its standard errors.
+/// Largest deviation in standard errors.
 const STANDARD_ERRORS: f64 = 4.0;
-/// Arrivals at the host scatter by so much in s (USB bridges flush every 16 ms at most, a busy host adds as much again).
+/// Scatter of arrivals at the host in s (USB bridges flush every 16 ms at most, a busy host adds as much again).
 const ARRIVALS_S: f64 = 0.04;
 
-/// The sample time that was stated, or `None` where the header has the file's own median.
 pub(super) fn stated_s(run: &Run) -> Option<f64> {
     let stated_s = run.sample_time_s;
     let measured = run.header.get("sample_time").and_then(toml::Value::as_str) == Some(MEASURED);
     if measured || !(run.header.is_empty() || run.header.contains_key("sample_time_s")) {
         return None;
     }
-    // A recorder of text lines looks at 21 lines, an import at 4096 rows, a reader at all.
+    // A recorder of text lines uses 21 lines, an import 4096 rows, a reader all.
     let own = [21, 4096, run.len()].into_iter().any(|first| {
         let mut steps_s: Vec<f64> = (run.t_s.windows(2).take(first - 1))
             .map(|pair| pair[1] - pair[0])
@@ -49,7 +48,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         intervals.longest_usual_s()
     };
     let mean_s = intervals.mean_s(longest_s);
-    // The median of an even spread of steps has this standard error; that of a mean is smaller.
+    // Standard error of the median of a uniform distribution; that of the mean is smaller.
     let scatter_s = if run.is_host_timed() {
         ARRIVALS_S / n
     } else {
@@ -59,8 +58,8 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         let excess_s = (step_s - stated_s).abs() - TOLERANCE * stated_s - scatter_s;
         excess_s > 0.0
     };
-    // Times in whole milliseconds have a median beside the sample time, late samples a mean above it: both must be off, the
-    // same way. Lines that come in bunches have no median.
+    // Times in whole milliseconds shift the median, late samples the mean: both must deviate in the same direction.
+    // Lines that arrive in bursts have no useful median.
     let same_way = (median_s > stated_s) == (mean_s > stated_s);
     let contradicts = if run.is_host_timed() {
         off(mean_s)

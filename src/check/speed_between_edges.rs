@@ -1,8 +1,9 @@
-//! A logged speed between the edges of its encoder: 0 in the rows without an edge, or kept from the last edge when the shaft is at rest.
+//! Logged speeds between encoder edges: 0 in rows without an edge, or the last value kept at rest.
 //!
-//! A loop that is faster than the edges has rows in which no edge came. A program that writes 0 there makes a speed that jumps between
-//! 0 and its value in steady turning, and whose sum is too small by the share of such rows. One that writes the last speed
-//! again never comes to 0: the speed stays the same to the last digit while nothing is commanded, and its sum goes on for ever.
+//! A loop faster than the edges has rows without an edge. A program that writes 0 there logs a speed that alternates
+//! between 0 and its value, whose integral is too small by the share of such rows. A program that keeps the last
+//! speed never returns to 0: the value stays constant to the last digit while the command is 0, and its integral
+//! grows without bound.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
@@ -10,26 +11,26 @@ use super::words::{digits, time};
 use super::zero_speeds::SPEED_ZERO;
 use crate::recording::{Run, Steps};
 
-/// Rows around a row whose mean is the speed there.
+/// Rows around a row over which the speed is averaged.
 const AROUND: usize = 12;
-/// The speed there is at least so many counts a row: rounded to whole counts it is never 0 then.
+/// Least speed in counts a row: quantization to whole counts then never gives 0.
 const LEAST_COUNTS_A_ROW: f64 = 2.0;
-/// Before and after a row the shaft turns at this share of the speed there, at least.
+/// Least speed on each side of a row as a share of the average.
 const BOTH_SIDES: f64 = 0.6;
-/// A row is at 0 below this share of the speed there.
+/// A row is 0 below this share of the average.
 const ZERO: f64 = 0.1;
-/// So large a share of the rows of a turning shaft are at 0, and so many rows at least. In a run-up and a run-out there are a few.
+/// Least share of the rows of a turning shaft that are 0, and their least number: run-up and run-out have a few.
 const LEAST_SHARE: f64 = 0.2;
 const LEAST_ROWS: usize = 30;
-/// Most rows in a row that are 0 between two edges.
+/// Most consecutive rows that are 0.
 const MOST_BETWEEN: usize = AROUND;
 
-/// A kept speed lasts for so many rows, and makes so many counts.
+/// Shortest kept speed in rows, and its least travel in counts.
 const KEPT_ROWS: usize = 30;
 const KEPT_COUNTS: f64 = 10.0;
-/// It leaves a straight line by no more than this: rounding to whole counts leaves 0.5 at either end.
+/// Largest deviation from a straight line: quantization causes 0.5 at either end.
 const STRAIGHT_COUNTS: f64 = 1.0;
-/// It is at most this share of the largest speed: a shaft that nothing slows keeps all of it.
+/// Largest kept speed as a share of the largest speed: a shaft without friction keeps all of it.
 const KEPT_SHARE: f64 = 0.5;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -48,7 +49,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     found
 }
 
-/// The counts that each row adds, as in a step of the median length; none where a step is longer than usual.
+/// Counts added by each row, scaled to the median step; none where a step is longer than usual.
 fn increments(run: &Run, step_s: f64) -> Vec<f64> {
     let step = |k: usize| {
         let counts = run.counts[k + 1] as f64 - run.counts[k] as f64;
@@ -57,7 +58,7 @@ fn increments(run: &Run, step_s: f64) -> Vec<f64> {
     (0..run.len().saturating_sub(1)).map(step).collect()
 }
 
-/// Of the rows of a turning shaft those at 0, by the import: it has the speeds before they are rounded to counts.
+/// Rows at 0 of a turning shaft as the import counted them: it has the speeds before they are rounded to counts.
 fn zero_by_import(subject: &Subject<'_>) -> Option<Finding> {
     let seen = subject.run.header.get("imported")?.get(SPEED_ZERO)?;
     let figure = |key: &str| seen.get(key)?.as_float();
@@ -103,7 +104,7 @@ fn zero(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
     for k in AROUND..steps.len().saturating_sub(AROUND) {
         let around = &steps[k - AROUND..=k + AROUND];
         let mean = around.iter().sum::<f64>() / around.len() as f64;
-        // The shaft turns on both sides of the row: before a start and after a stop there are rows at rest.
+        // The shaft turns on both sides: rows before a start and after a stop are at rest.
         let half = |rows: &[f64]| rows.iter().sum::<f64>() / AROUND as f64;
         let (before, after) = (half(&around[..AROUND]), half(&around[AROUND + 1..]));
         let least = (before * mean.signum()).min(after * mean.signum());
@@ -176,7 +177,7 @@ fn kept(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
     None
 }
 
-/// The longest end of these samples in which the position is a straight line that is not level: its first sample, and its rate
+/// The longest tail of these samples in which the position is a sloped straight line: its first sample, and its rate
 /// in counts/s.
 fn straight_end(run: &Run, from: usize, end: usize) -> Option<(usize, f64)> {
     let is_straight = |first: usize| -> Option<f64> {
@@ -192,7 +193,7 @@ fn straight_end(run: &Run, from: usize, end: usize) -> Option<(usize, f64)> {
         .checked_sub(KEPT_ROWS)
         .filter(|&latest| latest >= from)?;
     is_straight(latest)?;
-    // The straight part is longer the earlier it begins: its beginning is found by halving.
+    // Bisection: the earlier the straight part begins, the longer it is.
     let (mut low, mut high) = (from, latest);
     while low < high {
         let middle = low.midpoint(high);

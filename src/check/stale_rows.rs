@@ -1,8 +1,9 @@
-//! Rows after a pause whose position is that from before it: a buffer that was not emptied, a read that returns what it had.
+//! Rows after a pause with the position from before it: a buffer that was not emptied, a read that returns an old
+//! value.
 //!
-//! The shaft turns on in a pause of the log. Where it turns at much the same rate before and after, the position of the first row after the
-//! pause must have gone on by at least the smaller rate times the pause. Rows that have not, and that a later row makes up for,
-//! hold an old position under a new time.
+//! The shaft keeps turning in a pause of the log. Where its rate is similar before and after, the first position
+//! after the pause must have advanced by at least the smaller rate times the pause. Rows that have not, followed by
+//! one that catches up, are old positions under new times.
 
 use super::finding::{Finding, Kind, Severity};
 use super::gap_in_time::pauses;
@@ -10,15 +11,15 @@ use super::subject::Subject;
 use super::words::time;
 use crate::recording::Run;
 
-/// Steps before and after the pause whose middle one is the rate there, and how many there must be.
+/// Steps before and after the pause whose median is the rate there, and the fewest.
 const RATE_STEPS: usize = 15;
 const LEAST_STEPS: usize = 3;
-/// A row is stale where it has gone less than this share of what the smaller rate makes, and fresh beyond the second share.
+/// A row is stale below this share of the expected advance, and current above the second.
 const STALE: f64 = 0.5;
 const FRESH: f64 = 0.75;
-/// Least count change over the pause: rounding is then 5 % of it.
+/// Least advance in counts over the pause: quantization is then 5 % of it.
 const LEAST_COUNTS: f64 = 20.0;
-/// Most rows that are stale after a pause. Convention: a serial buffer of 4 kB holds some 100 lines.
+/// Most stale rows after a pause. Convention: a serial buffer of 4 kB holds some 100 lines.
 const MOST_ROWS: usize = 100;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -51,7 +52,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     )]
 }
 
-/// Numbers of the rows that hold the position from before a pause, in their order.
 pub(crate) fn stale_rows(run: &Run) -> Vec<usize> {
     let mut found = Vec::new();
     for pause in pauses(run) {
@@ -68,7 +68,7 @@ pub(crate) fn stale_rows(run: &Run) -> Vec<usize> {
             (false, false) => rate_before.max(rate_after),
             _ => continue,
         };
-        // Of what the smaller rate makes since the pause, the share that this row has gone.
+        // Advance of a row since the pause, as a share of the expected one.
         let gone = |k: usize| {
             let counts = run.counts[k] as f64 - run.counts[before] as f64;
             counts / (least * (run.t_s[k] - run.t_s[before]))
@@ -84,7 +84,7 @@ pub(crate) fn stale_rows(run: &Run) -> Vec<usize> {
     found
 }
 
-/// The middle one of the rates in counts/s from step to step.
+/// Median rate in counts/s.
 fn rate(run: &Run, from: usize, to: usize) -> Option<f64> {
     let to = to.min(run.len() - 1);
     let mut rates: Vec<f64> = (from + 1..=to)
@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(stale_rows(&run(0)), [0; 0]);
         assert_eq!(stale_rows(&run(1)), [200]);
         assert_eq!(stale_rows(&run(7)), Vec::from_iter(200..207));
-        // No later row makes up for a shaft that rested meanwhile.
+        // No row catches up if the shaft rested in the pause.
         assert_eq!(stale_rows(&run(200)), [0; 0]);
     }
 }

@@ -1,4 +1,4 @@
-//! A shaft that turns before anything is commanded.
+//! A shaft that turns before the first command.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;

@@ -1,4 +1,4 @@
-//! A run under examination: what every kind of finding is given.
+//! A run under examination: the input of every kind of finding.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use super::finding::{Finding, Kind, Severity};
 use crate::motor::Motor;
 use crate::recording::Run;
 
-/// A run, its name, and the motor that it is said to be of.
+/// A run, its name, and its motor file.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Subject<'a> {
     /// The run. It has at least one sample.
@@ -18,7 +18,7 @@ pub(super) struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// A finding about the samples `from` to `to` (the last one included; both are held inside the run).
+    /// A finding about the samples `from` to `to` (inclusive; both are clamped to the run).
     pub fn finding<const N: usize>(
         &self,
         id: Kind,
@@ -53,7 +53,7 @@ impl Subject<'_> {
     }
 }
 
-/// Whether the log had this channel (`position` or `command`); an import without it fills the column with noughts.
+/// Whether the log had this channel (`position` or `command`); an import without it fills the column with zeros.
 pub(super) fn has(run: &Run, channel: &str) -> bool {
     let imported = run.header.get("imported");
     let said = imported.and_then(|imported| imported.get(channel));

@@ -1,12 +1,11 @@
-//! A measured supply that varies: a sag follows the command, anything else is the supply's own.
+//! A measured supply that varies: with the command it is sag, else a property of the supply.
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 
-/// Standard deviation as a share of the mean from which it is worth saying: a tenth of the tolerance of 10 % that
-/// supplies are sold with.
+/// Least standard deviation as a share of the mean: a tenth of the usual tolerance of supplies, 10 %.
 const VARIES: f64 = 0.01;
-/// It sags where the size of the command explains this share of the variance.
+/// Sag: the absolute command explains at least this share of the variance.
 const FOLLOWS: f64 = 0.25;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -14,7 +13,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let Some(column) = run.measured_supply_v.as_ref() else {
         return Vec::new();
     };
-    // A sample may lack its measured value.
+    // Samples may lack the measured value.
     let pairs: Vec<(f64, f64)> = (column.iter().zip(&run.command))
         .filter(|(supply_v, _)| supply_v.is_finite())
         .map(|(supply_v, command)| (*supply_v, command.abs()))

@@ -1,10 +1,10 @@
-//! The time is in another unit than said: milliseconds told as seconds, microseconds as milliseconds, and the other way.
+//! Time in another unit than stated: milliseconds for seconds, microseconds for milliseconds, or the reverse.
 //!
-//! Two kinds of evidence. A host's clock beside the device's shows the factor itself. Without one, what the recording says is
-//! held against what motors and their logs are like, in the unit told and in those a thousand and a million times as long or
-//! short: how far apart samples are, how quickly the shaft follows, how fast it turns. Each is a normal distribution of the
-//! logarithm, and the likelihoods multiply (naive Bayes: Hastie, Tibshirani and Friedman, The Elements of Statistical Learning,
-//! 2009, section 6.6.3). The device's own protocol counts microseconds, and there nobody tells a unit.
+//! Two kinds of evidence. A host's clock beside the device's gives the factor itself. Without one, sample time, time
+//! constant and top speed are compared with those of usual motors and logs, in the stated unit and in units 10^3 and
+//! 10^6 times as long or short. Each is a log-normal distribution, and the likelihoods multiply (naive Bayes: Hastie,
+//! Tibshirani and Friedman, The Elements of Statistical Learning, 2009, section 6.6.3). The device's own protocol
+//! counts microseconds, so that there is no unit to mistake.
 
 use std::f64::consts::TAU;
 
@@ -17,36 +17,37 @@ use crate::motor::{CommandKind, Motor};
 use crate::recording::unit_of_time::{MISTAKEN, power_of_unit};
 use crate::recording::{Run, Steps};
 
-/// A quantity whose logarithm (base 10) has this mean and this standard deviation.
+/// A quantity with a log-normal distribution: mean and standard deviation of its logarithm to base 10.
 #[derive(Debug, Clone, Copy)]
 struct Usual {
     mean: f64,
     deviation: f64,
 }
 
-/// Steps of motor logs in s: 10 ms, and 0.6 to 160 ms for two deviations. The recordings of tests/real have 0.4 ms to 2.1 s.
+/// Sample times of motor logs in s: 10 ms, 0.6 to 160 ms within two standard deviations. The recordings of tests/real
+/// have 0.4 ms to 2.1 s.
 const STEPS: Usual = Usual {
     mean: -2.0,
     deviation: 0.6,
 };
-/// Mechanical time constants in s: 60 ms, and 6 ms (ironless) to 0.6 s (a loaded gear) for two deviations.
+/// Mechanical time constants in s: 60 ms, 6 ms (ironless) to 0.6 s (a loaded gear) within two standard deviations.
 const TIME_CONSTANTS: Usual = Usual {
     mean: -1.2,
     deviation: 0.5,
 };
-/// Top speeds of the shaft that bears the encoder in rad/s: 10, and 0.1 to 1,000 for two deviations.
+/// Top speeds of the encoder's shaft in rad/s: 10, 0.1 to 1,000 within two standard deviations.
 const SPEEDS: Usual = Usual {
     mean: 1.0,
     deviation: 1.0,
 };
-/// Against a motor file: its speed and its time constant are right within a factor of 4 for two deviations.
+/// With a motor file: its speed and time constant are right within a factor of 4 for two standard deviations.
 const AGAINST_MOTOR: f64 = 0.3;
 
-/// Log odds, before anything is looked at, that the unit is as told: one recording in fifty is not.
+/// Prior log odds that the stated unit is right: one recording in fifty is wrong.
 const TOLD_RIGHT: f64 = 3.9;
-/// A sample time that was stated and agrees with the times would have to be wrong in the same way: one in a thousand.
+/// A stated sample time that agrees with the times would have to be wrong in the same way: one in a thousand.
 const STATED: f64 = 6.9;
-/// Log odds from which another unit is said: twenty to one.
+/// Log odds from which another unit is reported: twenty to one.
 const SURE: f64 = 3.0;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -63,7 +64,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let response = response(run);
     let told = score(subject, step_s, response.as_ref(), 1.0);
     let by_host = by_host_power.and_then(|power| {
-        // A simulated board may be in a hurry: the host's steps must be those of a log.
+        // A simulated board may run faster than real time: the host's steps must be those of a log.
         let host_step_s = step_s / 10f64.powi(power);
         (STEPS.score(host_step_s) > STEPS.score(step_s)).then_some((power, f64::INFINITY))
     });
@@ -130,7 +131,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     vec![found]
 }
 
-/// Remedy where times are `10^power` times too long.
 fn remedy(power: i32) -> &'static str {
     match power {
         3 => {
@@ -148,8 +148,8 @@ fn remedy(power: i32) -> &'static str {
     }
 }
 
-/// Whether somebody told the unit of the times: a board that speaks the protocol sends microseconds, a simulation has seconds,
-/// and times made from the row number have that of `sample_time_s`.
+/// Whether the unit of the times was stated: not for a board that speaks the protocol (microseconds), a simulation
+/// (seconds), or times made from row number and `sample_time_s`.
 fn is_told(run: &Run) -> bool {
     let header = &run.header;
     let by_row = header.get("imported").and_then(|i| i.get("time"));
@@ -159,7 +159,7 @@ fn is_told(run: &Run) -> bool {
         || run.is_host_timed())
 }
 
-/// Device time over host time, from the first to the last sample.
+/// Ratio of device time to host time over the run.
 fn host_factor(run: &Run) -> Option<f64> {
     let host = run.host_t_s.as_ref()?;
     let arrived: Vec<(f64, f64)> = (host.iter().zip(&run.t_s))
@@ -171,7 +171,7 @@ fn host_factor(run: &Run) -> Option<f64> {
     (factor.is_finite() && factor > 0.0).then_some(factor)
 }
 
-/// Log likelihood of what is seen, were the seconds `factor` times too long.
+/// Log likelihood if the times were `factor` times too long.
 fn score(subject: &Subject<'_>, step_s: f64, response: Option<&Response>, factor: f64) -> f64 {
     let mut score = STEPS.score(step_s / factor);
     let Some(response) = response else {
@@ -191,7 +191,7 @@ fn score(subject: &Subject<'_>, step_s: f64, response: Option<&Response>, factor
         }
 }
 
-/// Speeds and time constants that are to be expected: the motor file's where there is one and a voltage drives it.
+/// Expected top speeds and time constants: the motor file's, if there is one and the command is a voltage.
 fn expected(run: &Run, motor: Option<&Motor>) -> (Usual, Usual) {
     let largest_v = run
         .command
@@ -220,7 +220,7 @@ fn expected(run: &Run, motor: Option<&Motor>) -> (Usual, Usual) {
     )
 }
 
-/// Log odds before anything is looked at that the unit is as told, and not `factor` times too long.
+/// Prior log odds that the unit is right, against a factor of `factor`.
 fn prior(run: &Run, step_s: f64, factor: f64) -> f64 {
     let Some(stated_s) = stated_s(run).or_else(|| said_s(run)) else {
         return TOLD_RIGHT;
@@ -235,7 +235,7 @@ fn prior(run: &Run, step_s: f64, factor: f64) -> f64 {
     }
 }
 
-/// The sample time of a file that nobody's program made the header of: somebody wrote it.
+/// The sample time in a header that no program generated.
 fn said_s(run: &Run) -> Option<f64> {
     let own = ["imported", "text_columns"];
     let written = run.header.contains_key("sample_time_s")
@@ -244,12 +244,12 @@ fn said_s(run: &Run) -> Option<f64> {
 }
 
 impl Usual {
-    /// Log likelihood of a value, up to what all have in common.
+    /// Log likelihood of a value, without the constant.
     fn score(self, value: f64) -> f64 {
         -0.5 * self.deviations(value).powi(2)
     }
 
-    /// Log probability of a value below this one, on the same scale: the distribution's tail where it is below the mean.
+    /// Log probability of a value below this one: the lower tail below the mean.
     fn score_below(self, value: f64) -> f64 {
         let z = self.deviations(value);
         if z < 0.0 { self.score(value) } else { 0.0 }

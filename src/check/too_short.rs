@@ -1,15 +1,15 @@
-//! A recording of a few samples, or of a few counts, says nothing of a motor.
+//! Recordings with too few samples or counts to determine anything about a motor.
 
 use super::channel_stuck;
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 
-/// Fewest samples of a recording. A first-order response has a gain, a time constant and a start; five
-/// samples for each and for its end is the convention here.
+/// Fewest samples of a recording. Convention: five samples for each of gain, time constant, initial value and final
+/// value of a first-order response.
 pub(crate) const FEWEST_SAMPLES: usize = 20;
 
-/// Fewest counts that the shaft must pass, in all runs together: the rounding of the first and the last (0.4 counts, root mean
-/// square) is then less than a tenth of what is measured.
+/// Fewest counts in all runs together: the quantization of first and last value (0.4 counts RMS) is then less than a
+/// tenth of the travel.
 const FEWEST_COUNTS: u64 = 5;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -30,7 +30,8 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     )]
 }
 
-/// Runs in which, all together, the shaft hardly moves. One that stands still beside others that move says at which command.
+/// Finding for runs in which the shaft hardly moves, all together. The message has the command at which a run is at
+/// rest.
 pub(super) fn find_among(subjects: &[Subject<'_>]) -> Vec<Finding> {
     let is_commanded = |subject: &Subject<'_>| subject.run.command.iter().any(|u| *u != 0.0);
     let told: Vec<(&Subject<'_>, u64)> = subjects
@@ -70,7 +71,6 @@ pub(super) fn find_among(subjects: &[Subject<'_>]) -> Vec<Finding> {
     told.iter().map(found).collect()
 }
 
-/// From the lowest to the highest count.
 fn travel(counts: &[i64]) -> u64 {
     let ends = counts.iter().min().zip(counts.iter().max());
     ends.map_or(0, |(low, high)| high.abs_diff(*low))

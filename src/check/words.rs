@@ -1,8 +1,8 @@
-//! Figures as people read them.
+//! Formatting of figures in messages.
 
 use crate::motor::CommandKind;
 
-/// A time with four digits that matter, in the unit in which it is between 1 and 1000.
+/// A time with four significant digits, in the unit that gives 1 to 1000.
 pub(super) fn time(seconds: f64) -> String {
     let (factor, unit) = match seconds.abs() {
         s if s >= 1.0 || s == 0.0 => (1.0, "s"),
@@ -13,7 +13,6 @@ pub(super) fn time(seconds: f64) -> String {
     format!("{} {unit}", digits(factor * seconds, 4))
 }
 
-/// The unit of a command.
 pub(super) fn unit(kind: CommandKind) -> &'static str {
     match kind {
         CommandKind::Voltage => "V",
@@ -22,7 +21,7 @@ pub(super) fn unit(kind: CommandKind) -> &'static str {
     }
 }
 
-/// A number with so many digits that matter, and no noughts behind the point.
+/// A number with this many significant digits, without trailing zeros.
 pub(super) fn digits(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();

@@ -1,31 +1,31 @@
-//! Speeds that are 0 between rare edges, as the log has them: rounded to counts, slow ones would be 0 anyway.
+//! Logged speeds that are 0 between rare edges, from the log's own values before they are rounded to counts.
 //!
-//! Differences of counts are 0 in most rows too where edges are rare, and their sum is right. They are whole multiples of one count,
-//! and never less; a speed that is written where an edge comes takes any value while the shaft speeds up and runs out.
+//! Differences of counts are 0 in most rows as well where edges are rare, and their sum is right. They are whole
+//! multiples of one count; a speed that is computed at each edge takes any value while the shaft accelerates or
+//! coasts.
 
-/// Key of the header under which the import says it.
+/// Header key under which the import states it.
 pub(crate) const SPEED_ZERO: &str = "speed_zero";
 
-/// Rows before and after a row whose mean is the speed there: at least so many, and so many with an edge, up to a most.
+/// Rows on each side over which the speed is averaged: the fewest, the fewest with an edge, the most.
 const LEAST_AROUND: usize = 12;
 const EDGES_AROUND: f64 = 4.0;
 const MOST_AROUND: usize = 100;
-/// Before and after a row the shaft turns at this share of the speed there, at least.
+/// Least speed on each side of a row as a share of the average.
 const BOTH_SIDES: f64 = 0.6;
-/// A row is at 0 below this share of the speed there.
+/// A row is 0 below this share of the average.
 const ZERO: f64 = 0.1;
-/// So large a share of the rows of a turning shaft are at 0, and so many rows turn at least.
+/// Least share of the rows of a turning shaft that are 0, and fewest rows of a turning shaft.
 const LEAST_SHARE: f64 = 0.2;
 const LEAST_ROWS: usize = 30;
-/// A difference of counts over the time that really passed is a multiple of one count within this share.
+/// A difference of counts over the measured time is a multiple of one count within this share.
 const MULTIPLE: f64 = 0.05;
-/// Of differences of counts at most this share are none: rows after a pause.
+/// Largest share of rows that are no multiples: rows after a pause.
 const OFF: f64 = 0.01;
 
-/// A speed that jumps between 0 and its value while the shaft turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ZeroSpeeds {
-    /// Of the rows of a turning shaft those at 0.
+    /// Share of the rows of a turning shaft that are 0.
     pub share: f64,
     pub turning: usize,
     /// The mean of the other rows.
@@ -33,7 +33,6 @@ pub(crate) struct ZeroSpeeds {
 }
 
 impl ZeroSpeeds {
-    /// Of the speeds of a log, row for row.
     pub(crate) fn of(speeds: &[f64]) -> Option<Self> {
         let moving = speeds.iter().filter(|speed| **speed != 0.0).count();
         let around = (EDGES_AROUND * speeds.len() as f64 / moving.max(1) as f64) as usize;
@@ -43,7 +42,7 @@ impl ZeroSpeeds {
         for k in around..speeds.len().saturating_sub(around) {
             let rows = &speeds[k - around..=k + around];
             let mean = rows.iter().sum::<f64>() / rows.len() as f64;
-            // The shaft turns on both sides of the row: before a start and after a stop there are rows at rest.
+            // The shaft turns on both sides: rows before a start and after a stop are at rest.
             let half = |rows: &[f64]| rows.iter().sum::<f64>() / around as f64;
             let (before, after) = (half(&rows[..around]), half(&rows[around + 1..]));
             let least = (before * mean.signum()).min(after * mean.signum());
@@ -73,7 +72,7 @@ impl ZeroSpeeds {
     }
 }
 
-/// Whether the speeds are differences of counts: whole multiples of the smallest in steady turning.
+/// Whether the speeds are differences of counts: multiples of the smallest one in steady turning.
 fn are_counts(speeds: &[f64], edges: &[f64]) -> bool {
     let count = edges.iter().copied().fold(f64::INFINITY, f64::min);
     let (mut moving, mut off) = (0_usize, 0_usize);
