@@ -76,8 +76,8 @@ fn ends(
     let (mut low, mut high) = (x - WITHIN_95 * deviation, x + WITHIN_95 * deviation);
     if !parameter.smooth {
         let n_eff = effective_observations(segments, &fit.corrected);
-        low = low.min(profile_end(segments, fit, k, lo, n_eff));
-        high = high.max(profile_end(segments, fit, k, hi, n_eff));
+        low = profile_end(segments, fit, k, lo, n_eff);
+        high = profile_end(segments, fit, k, hi, n_eff);
     }
     let (a, b) = (at(low), at(high));
     Interval {

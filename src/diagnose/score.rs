@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Fit, gram};
+use super::fit::{Fit, Moved, gram};
 use super::model::{Base, Member, Model, dot, less, range_of};
 use super::noise::{LinearPlant, Noise, Whitener, likeliest};
 use super::segments::{Segments, drag, time_constant_s};
@@ -176,12 +176,61 @@ pub(crate) fn scale_free(base: &Base, fit: &Fit, n_eff: f64) -> Optimum {
         best = found;
         mean_square = (then / n).max(floor);
     }
-    let hessian = &fit.gram * (n_eff / (n * mean_square)) + &precision;
+    let weight = n_eff / (n * mean_square);
+    let mut hessian = &fit.gram * weight + &precision;
+    with_profiles(fit, &precision, &mut hessian, &|moved| {
+        (weight * moved.square, &moved.along * weight)
+    });
     Optimum {
         data: best.0,
         prior: best.1,
         volume: log_volume(base, model, &hessian),
         hessian,
+    }
+}
+
+/// Replaces the curvature along each parameter that the prediction does not depend on smoothly by that of its profile: at one standard
+/// deviation the cost has risen by half a nat; where it jumps, the posterior is uniform up to there. `weighed` gives of a step the square
+/// of the change and its products with the columns, in units of the noise.
+fn with_profiles(
+    fit: &Fit,
+    precision: &DMatrix<f64>,
+    hessian: &mut DMatrix<f64>,
+    weighed: &dyn Fn(&Moved) -> (f64, DVector<f64>),
+) {
+    for profile in &fit.profiles {
+        let k = profile.parameter;
+        hessian.row_mut(k).fill(0.0);
+        hessian.column_mut(k).fill(0.0);
+        hessian[(k, k)] = precision[(k, k)];
+    }
+    // The other parameters follow a step.
+    let others = hessian.clone().cholesky();
+    for profile in &fit.profiles {
+        let risen = |moved: &Moved| {
+            let (square, mut along) = weighed(moved);
+            fit.profiles
+                .iter()
+                .for_each(|one| along[one.parameter] = 0.0);
+            let followed = others.as_ref().map_or(0.0, |c| along.dot(&c.solve(&along)));
+            0.5 * (square - followed)
+        };
+        let width = |side: &[Moved]| {
+            let mut uniform = 0.0;
+            for moved in side {
+                let cost = risen(moved);
+                if cost >= 0.5 {
+                    return (moved.by * (0.5 / cost).sqrt()).max(uniform);
+                }
+                uniform = moved.by / 3f64.sqrt();
+            }
+            uniform
+        };
+        let [below, above] = &profile.sides;
+        let deviation = 0.5 * (width(below) + width(above));
+        if deviation > 0.0 {
+            hessian[(profile.parameter, profile.parameter)] += deviation.powi(-2);
+        }
     }
 }
 
@@ -223,6 +272,11 @@ pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelih
             solved[(k, k)] = 1.0;
             right[k] = 0.0;
         }
+        with_profiles(fit, &precision, &mut hessian, &|moved| {
+            let change = whitener.whiten(&moved.change);
+            let along = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &change));
+            (dot(&change, &change), along)
+        });
         let step = (solved.cholesky()).map_or_else(|| none.clone(), |solved| solved.solve(&right));
         for step in [&step, &none] {
             let moved = less(&white, &columns, step);

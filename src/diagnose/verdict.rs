@@ -99,8 +99,6 @@ pub(crate) struct BudgetShares {
     pub is_nominal_at_floor: bool,
     /// Removed by re-identified parameters.
     pub parameters: f64,
-    /// Removed by the identified effects together.
-    pub effects: f64,
     /// Left by re-identified parameters.
     pub beyond_parameters: f64,
     /// Left; 0 within the noise floor.
@@ -117,10 +115,7 @@ pub(crate) fn verdict(
     if budget.is_nominal_at_floor {
         return Verdict::NoGap;
     }
-    // Held-out data choose nothing, but a set that does not reduce their error materially is no cause of it.
-    let material = settings.unexplained_share * budget.beyond_parameters;
-    let explains = budget.effects > material || budget.unexplained <= 0.0;
-    if !identified.is_empty() && explains {
+    if !identified.is_empty() {
         return match budget.unexplained < settings.unexplained_share {
             true => Verdict::Effect,
             false => Verdict::Partial,
@@ -133,12 +128,18 @@ pub(crate) fn verdict(
     if none < settings.identified {
         return Verdict::Ambiguous;
     }
-    match budget.unexplained <= settings.parameters_share
-        && budget.parameters >= settings.parameters_share
-    {
+    match budget.unexplained <= settings.parameters_share {
         true => Verdict::Parameters,
         false => Verdict::OutsideCatalogue,
     }
+}
+
+/// The last of some effects that does not reduce the held-out error of the model that it extends materially: of each the share that it
+/// removes and the share that was left before it. Held-out data choose nothing, but such an effect is no cause of their error.
+pub(crate) fn immaterial(effects: &[(f64, f64)], settings: &Settings) -> Option<usize> {
+    let is_immaterial =
+        |(removed, left): &(f64, f64)| removed <= &(settings.unexplained_share * left);
+    effects.iter().rposition(is_immaterial)
 }
 
 #[cfg(test)]
@@ -164,7 +165,6 @@ mod tests {
         let shares = |parameters: f64, effects: f64| BudgetShares {
             is_nominal_at_floor: false,
             parameters,
-            effects,
             beyond_parameters: 1.0 - parameters,
             unexplained: 1.0 - parameters - effects,
         };
@@ -176,7 +176,6 @@ mod tests {
             (at_floor, &named[..], 0.0, Verdict::NoGap),
             (shares(0.3, 0.65), &named, 0.1, Verdict::Effect),
             (shares(0.3, 0.5), &named, 0.1, Verdict::Partial),
-            (shares(0.3, -0.1), &named, 0.1, Verdict::Ambiguous),
             (shares(0.95, 0.0), &[], 0.9, Verdict::Parameters),
             (shares(0.2, 0.0), &[], 0.9, Verdict::OutsideCatalogue),
             (shares(0.2, 0.0), &[], 0.2, Verdict::Ambiguous),
@@ -186,6 +185,17 @@ mod tests {
             let found = verdict(&budget, identified, none, &settings);
             assert_eq!(found, expected, "{budget:?} {none}");
         }
+    }
+
+    /// By hand: of 0.3 that is left the second effect removes 0.02, which is less than a tenth.
+    #[test]
+    fn an_effect_that_removes_less_than_a_tenth_of_what_is_left_is_immaterial() {
+        let settings = Settings::default();
+        let found = |effects: &[(f64, f64)]| immaterial(effects, &settings);
+        assert_eq!(found(&[(0.5, 0.8), (0.02, 0.3)]), Some(1));
+        assert_eq!(found(&[(-0.1, 0.8), (0.2, 0.9)]), Some(0));
+        assert_eq!(found(&[(0.5, 0.8), (0.25, 0.3)]), None);
+        assert_eq!(found(&[]), None);
     }
 
     /// Two members of a class that share its probability are named by the class; one that has nearly all of it by itself.

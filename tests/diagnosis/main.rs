@@ -21,5 +21,6 @@ mod report;
 mod right_model;
 mod second_generator;
 mod speed_logs;
+mod thresholds;
 mod verdicts;
 mod work;

@@ -8,10 +8,10 @@ use crate::recorded::{Effects, LEVELS, recorded, with};
 
 /// Samples of each recording: five seconds at 10 ms.
 const SAMPLES: usize = 500;
-/// Most samples simulated per recorded sample. Within the noise floor there is no search: the motor and its intervals
-/// are fitted. With effects the search fits 15 sets in the first round and a third as many in others, each with some
-/// ten steps of Levenberg-Marquardt and up to ten derivatives: 2 s of one core for 500 samples.
-const NOTHING: f64 = 1_000.0;
+/// Most samples simulated per recorded sample. Within the noise floor the motor and its intervals are fitted, and some
+/// effects that its parameters imitate. With effects the search fits 15 sets in the first round and a third as many in
+/// others, each with some ten steps of Levenberg-Marquardt and up to ten derivatives: 2 s of one core for 500 samples.
+const NOTHING: f64 = 1_500.0;
 const EFFECTS: f64 = 20_000.0;
 /// Least samples simulated per recorded sample: a count that misses work would pass the upper bounds.
 const LEAST: f64 = 20.0;

@@ -20,10 +20,12 @@ use super::report::{
     SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::{effective_observations, likelihood, plant_of};
-use super::search::{Judge, Scored};
+use super::search::{Found, Judge, Scored};
 use super::segments::{Segment, Segments};
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
-use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
+use super::verdict::{
+    BudgetShares, Identified, Weighed, identified, immaterial, inclusion, joint, verdict,
+};
 use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
 use crate::recording::Run;
@@ -56,41 +58,47 @@ pub(super) fn document(
     (options.progress)("fitting the nested models");
     (options.done)(SEARCH_SHARE);
     let without = nested::without_effects(segments, base, &searched.none)?;
-    let steps = loop {
-        let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
-        let steps = nested::with_effects(segments, base, without.clone(), &ids, found);
-        // In the reported fits an identified effect removes something, and its parameter is not at a bound of its range.
-        let bounded = at_bound(&steps[steps.len() - 1].fit);
-        let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
-        let dropped = match ids.iter().find(|id| !is_reached(id)) {
-            Some(id) => Some(*id),
-            None => bounded.first().copied().filter(|id| ids.contains(id)),
-        };
-        match dropped {
-            Some(dropped) => named.retain(|one| one.effect != dropped),
-            None => break steps,
-        }
-    };
     (options.progress)("measuring the held-out error");
     (options.done)(HELD_OUT_FROM);
     let judged_on = held.or(prepared.subset.as_ref().map(|_| all));
-    let errors = errors(base, segments, &steps, judged_on)?;
-    let judged_on = judged_on.unwrap_or(segments);
-    let last = steps.len() - 1;
     let without_random = FloorParts {
         rounding: searched.quantization,
         ..stated
     };
-    let random = steps
-        .iter()
-        .map(|step| random_floor(judged_on, base, &found.judge, &step.fit));
-    let random: Vec<Option<f64>> = random.collect();
+    let (steps, errors, random, shares) = loop {
+        let steps = nested_fits(segments, base, &without, &mut named, found);
+        let errors = errors(base, segments, &steps, judged_on)?;
+        let judged_on = judged_on.unwrap_or(segments);
+        let random = steps
+            .iter()
+            .map(|step| random_floor(judged_on, base, &found.judge, &step.fit));
+        let random: Vec<Option<f64>> = random.collect();
+        let floors = random.iter().map(|&random| {
+            let parts = FloorParts {
+                random,
+                ..without_random
+            };
+            parts.largest()
+        });
+        let floors: Vec<f64> = floors.collect();
+        let shares = Shares::new(judged_on, &errors, &floors, settings);
+        let last = steps.len() - 1;
+        let effects: Vec<(f64, f64)> = (2..=last)
+            .map(|m| (shares.between(m - 1, m).0, shares.left(m - 1).0))
+            .collect();
+        let is_above_floor = found.judge.is_relevant && shares.left(last).1 > 0.0;
+        match immaterial(&effects, settings).filter(|_| is_above_floor) {
+            Some(k) => named.retain(|one| one.effect != steps[2 + k].name),
+            None => break (steps, errors, random, shares),
+        }
+    };
+    let judged_on = judged_on.unwrap_or(segments);
+    let last = steps.len() - 1;
     let parts = |m: usize| FloorParts {
         random: random[m],
         ..without_random
     };
     let floors: Vec<f64> = (0..steps.len()).map(|m| parts(m).largest()).collect();
-    let shares = Shares::new(judged_on, &errors, &floors, settings);
     let n_eff = effective_observations(judged_on, &errors[0]);
     let is_within = |m: usize, floor_square: f64| {
         !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
@@ -100,7 +108,6 @@ pub(super) fn document(
     let budget_shares = BudgetShares {
         is_nominal_at_floor: is_within(0, floors[0] * floors[0]),
         parameters: shares.between(0, 1).0,
-        effects: shares.between(1, last).0,
         beyond_parameters: shares.left(1).0,
         unexplained: if is_settled_at_floor {
             0.0
@@ -248,6 +255,31 @@ pub(super) fn document(
     let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
     diagnosis.sentence = said.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)
+}
+
+/// The nested models of the effects that are identified, without those that remove nothing in the reported fits or have a parameter at a
+/// bound of its range there: these are no longer among the named ones.
+fn nested_fits(
+    segments: &Segments,
+    base: &Base,
+    without: &[Step],
+    named: &mut Vec<Identified>,
+    found: &Found,
+) -> Vec<Step> {
+    loop {
+        let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
+        let steps = nested::with_effects(segments, base, without.to_vec(), &ids, found);
+        let bounded = at_bound(&steps[steps.len() - 1].fit);
+        let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
+        let dropped = match ids.iter().find(|id| !is_reached(id)) {
+            Some(id) => Some(*id),
+            None => bounded.first().copied().filter(|id| ids.contains(id)),
+        };
+        match dropped {
+            Some(dropped) => named.retain(|one| one.effect != dropped),
+            None => break steps,
+        }
+    }
 }
 
 /// Intervals of the diagnosed and the held-out runs in which the drive was off under its command.

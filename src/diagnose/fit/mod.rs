@@ -27,13 +27,75 @@ pub(crate) struct Fit {
     pub gradient: DVector<f64>,
     /// Negative log prior density, 0 at its mode.
     pub prior: f64,
+    /// Profiles of the parameters that the prediction does not depend on smoothly.
+    pub profiles: Vec<Profile>,
+}
+
+/// Change of the prediction with one parameter, in growing steps to either side.
+#[derive(Debug, Clone)]
+pub(crate) struct Profile {
+    pub parameter: usize,
+    pub sides: [Vec<Moved>; 2],
+}
+
+/// A step of a parameter.
+#[derive(Debug, Clone)]
+pub(crate) struct Moved {
+    pub by: f64,
+    /// Change of the prediction in counts.
+    pub change: Vec<f64>,
+    /// Its square sum and its products with the columns, after correction of the initial states.
+    pub square: f64,
+    pub along: DVector<f64>,
 }
 
 impl Fit {
     /// A model at these parameters, without fitting.
     pub fn at(segments: &Segments, model: &Model, x: Vec<f64>) -> Option<Self> {
         let (predicted, columns) = sensitivities(segments, model, &x)?;
-        Some(Self::of(segments, model, x, &predicted, columns))
+        let mut fit = Self::of(segments, model, x, &predicted, columns);
+        let parameters = model.parameters.iter().enumerate();
+        let not_smooth = parameters.filter(|(_, parameter)| !parameter.smooth);
+        fit.profiles = not_smooth
+            .map(|(parameter, _)| Profile {
+                parameter,
+                sides: [-1.0, 1.0].map(|side| fit.moved(segments, &predicted, parameter, side)),
+            })
+            .collect();
+        Some(fit)
+    }
+
+    /// Steps of a parameter, each twice the one before, until they change as much as the fit leaves or end at its bound.
+    fn moved(&self, segments: &Segments, predicted: &[f64], k: usize, side: f64) -> Vec<Moved> {
+        let parameter = &self.model.parameters[k];
+        let room = match side < 0.0 {
+            true => self.x[k] - parameter.lo,
+            false => parameter.hi - self.x[k],
+        };
+        let own: Vec<Vec<f64>> = (self.columns.iter().map(|c| segments.corrected(c))).collect();
+        let left = self.square_sum().max(ROUNDING_VARIANCE);
+        let mut steps: Vec<Moved> = Vec::new();
+        let mut by = parameter.difference();
+        while steps
+            .last()
+            .is_none_or(|step| step.by < room && step.square < left)
+        {
+            let mut x = self.x.clone();
+            x[k] += side * by.min(room);
+            let Some(then) = predict(segments, &self.model.motor(&x)) else {
+                break;
+            };
+            let change: Vec<f64> = then.iter().zip(predicted).map(|(a, b)| a - b).collect();
+            let corrected = segments.corrected(&change);
+            steps.push(Moved {
+                by: by.min(room),
+                square: dot(&corrected, &corrected),
+                along: DVector::from_fn(own.len(), |i, _| dot(&own[i], &corrected)),
+                change,
+            });
+            by *= 2.0;
+        }
+        steps
     }
 
     fn of(
@@ -55,6 +117,7 @@ impl Fit {
             residual,
             corrected,
             columns,
+            profiles: Vec::new(),
         }
     }
 

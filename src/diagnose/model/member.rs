@@ -1,5 +1,6 @@
 //! Parts of a model: effects with their values, and free parameters.
 
+use crate::diagnose::settings::solver;
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue};
 use crate::motor::fit::ParameterId;
@@ -50,6 +51,11 @@ impl Parameter {
     /// Its value in SI.
     pub fn value(&self, x: f64) -> f64 {
         self.unit * if self.log { x.exp() } else { x }
+    }
+
+    /// Step of its difference quotients.
+    pub fn difference(&self) -> f64 {
+        solver::DIFFERENCE * (self.hi - self.lo).min(solver::DIFFERENCE_RANGE)
     }
 
     /// Derivative of its value in SI.

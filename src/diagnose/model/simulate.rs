@@ -6,7 +6,6 @@ use nalgebra::DVector;
 
 use super::Model;
 use crate::diagnose::segments::{Recording, Segments};
-use crate::diagnose::settings::solver;
 use crate::motor::Motor;
 use crate::motor::fit::Workspace;
 
@@ -98,7 +97,7 @@ pub(crate) fn sensitivities(
         if free.smooth {
             continue;
         }
-        let step = solver::DIFFERENCE * (free.hi - free.lo).min(solver::DIFFERENCE_RANGE);
+        let step = free.difference();
         let moved = |by: f64| {
             let mut x = x.to_vec();
             x[j] = (x[j] + by).clamp(free.lo, free.hi);

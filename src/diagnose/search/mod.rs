@@ -61,7 +61,10 @@ pub(crate) fn search(
     let model = Model::new(base, Vec::new());
     let mut pool = Pool::new(coarse, base);
     pool.judge.is_relevant = is_relevant;
-    pool.judge.stated_floor = stated_floor;
+    pool.judge.known_floor = match is_relevant {
+        true => stated_floor,
+        false => stated_floor.max(none.mean_square()),
+    };
     pool.judge.n_eff =
         effective_observations(coarse, &Fit::at(coarse, &model, none.x.clone())?.corrected);
     pool.add_fitted(&model, &[none.x.clone(), model.start()], None);
@@ -71,27 +74,35 @@ pub(crate) fn search(
     }
     pool.fit_measured(none);
     let mut steps = Vec::new();
-    let mut deepest = if is_relevant { 3 } else { 1 };
     for round in 0..ROUNDS {
         progress(&format!(
             "searching, round {} of {ROUNDS} at most, {} sets of effects fitted",
             round + 1,
             pool.fitted
         ));
-        let best = pool.best().fit.clone();
-        let room = settings.most_effects - best.model.members.len();
-        let sets = if round == 0 {
-            settings.fitted_sets
-        } else {
-            settings.fitted_sets / 3
+        let begun = match round {
+            0 => vec![pool.none().clone()],
+            _ => pool.not_expanded(),
         };
-        let screened = if room > 0 {
-            pool.expand(&best, deepest.min(room), sets)
-        } else {
-            Vec::new()
+        let Some(first) = begun.first() else {
+            break;
         };
+        let (deepest, sets) = match round {
+            0 if is_relevant => (3, settings.fitted_sets),
+            0 => (1, settings.fitted_sets),
+            _ => (1, settings.fitted_sets / 3),
+        };
+        let mut screened = Vec::new();
+        for from in &begun {
+            let room = settings.most_effects - from.model.members.len();
+            let ahead = match round {
+                0 => 0.0,
+                _ => pool.best().score - pool.score_of(from),
+            };
+            screened.extend(pool.expand(from, ahead, deepest.min(room), sets));
+        }
         if round == 0 && is_relevant {
-            pool.fit_stochastic(&best);
+            pool.fit_stochastic(first);
         }
         pool.judge();
         pool.simplify();
@@ -99,17 +110,13 @@ pub(crate) fn search(
         pool.judge();
         let now = pool.best();
         steps.push(SearchStep {
-            from: best.ids(),
+            from: first.ids(),
             screened,
             best: now.fit.ids(),
             score: now.score,
             rms_counts: now.fit.rms(),
             fitted: pool.fitted,
         });
-        if now.fit.ids() == best.ids() {
-            break;
-        }
-        deepest = 1;
     }
     progress(&format!(
         "fitting the likeliest of {} sets to all segments",
@@ -199,9 +206,17 @@ fn scaled(base: &Base, member: &Member, coefficient: f64) -> Member {
 type Started = (Vec<&'static str>, Model, Vec<Vec<f64>>);
 
 impl Pool<'_> {
-    /// Screens everything beside a fit and fits the best sets; returns what was screened best.
-    fn expand(&mut self, from: &Fit, deepest: usize, sets: usize) -> Vec<(Vec<&'static str>, f64)> {
+    /// Screens everything beside a fit and fits the best sets that may be as good as the best one, which is `ahead` of the fit in the score;
+    /// returns what was screened best.
+    fn expand(
+        &mut self,
+        from: &Fit,
+        ahead: f64,
+        deepest: usize,
+        sets: usize,
+    ) -> Vec<(Vec<&'static str>, f64)> {
         let (segments, base) = (self.segments, self.base);
+        self.expanded(from);
         let mut all = candidates(segments, base, from);
         if !self.judge.is_relevant {
             all.retain(|candidate| {
@@ -240,11 +255,15 @@ impl Pool<'_> {
             .iter()
             .map(|set| set.worth)
             .fold(f64::NEG_INFINITY, f64::max);
-        let least = most - 2.0 * self.base.settings.near_best;
+        let within = 2.0 * self.base.settings.near_best;
         let mut taken: Vec<Started> = Vec::new();
         for set in &chosen {
+            if set.worth < ahead - within {
+                continue;
+            }
             // Screening is linear: the few best are fitted whatever their score.
-            if set.worth < least || (set.worth < 0.0 && taken.len() >= FITTED_ANYWAY) {
+            let is_behind = set.worth < 0.0 || set.worth < most - within;
+            if is_behind && taken.len() >= FITTED_ANYWAY {
                 continue;
             }
             let (model, starts) = self.started(from, set, &all);

@@ -26,8 +26,9 @@ pub(crate) struct Judge {
     pub is_likelihood: bool,
     /// Whether the model without effects leaves more than the noise floor: only then a smaller error is rewarded.
     pub is_relevant: bool,
-    /// Mean square in counts^2 that repeats or the user say is none.
-    pub stated_floor: f64,
+    /// Mean square in counts^2 of the noise floor that is known before the search: of repeats, of the user, and of the model without effects
+    /// where it is not relevant.
+    pub known_floor: f64,
 }
 
 /// A fitted set.
@@ -48,6 +49,8 @@ pub(crate) struct Pool<'a> {
     sets: BTreeMap<Vec<&'static str>, Scored>,
     /// Pairs of sets of which the second was fitted from the parameters of the first.
     derived: BTreeSet<(Vec<&'static str>, Vec<&'static str>)>,
+    /// Sets beside which every effect was screened.
+    expanded: BTreeSet<Vec<&'static str>>,
     /// Sets fitted so far.
     pub fitted: usize,
     /// Data cost below which nothing is rewarded.
@@ -64,10 +67,11 @@ impl<'a> Pool<'a> {
                 credibility: 0.0,
                 is_likelihood: false,
                 is_relevant: true,
-                stated_floor: 0.0,
+                known_floor: 0.0,
             },
             sets: BTreeMap::new(),
             derived: BTreeSet::new(),
+            expanded: BTreeSet::new(),
             fitted: 0,
             least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
         }
@@ -116,7 +120,7 @@ impl<'a> Pool<'a> {
         let begun = Fit::at(self.segments, model, start)?;
         let begun = random::with_likeliest(self.segments, self.base, begun);
         let own = likelihood(self.segments, self.base, &begun);
-        self.whitened_from(model, &[begun.x], own, None)
+        self.whitened_from(model, begun.x, own)
     }
 
     fn fitted_from(
@@ -125,42 +129,37 @@ impl<'a> Pool<'a> {
         starts: &[Vec<f64>],
         extends: Option<&Fit>,
     ) -> Option<(Fit, Likelihood)> {
-        let best = (self.sets.values()).max_by(|a, b| a.score.total_cmp(&b.score));
-        let Some(best) = best.filter(|_| self.judge.is_likelihood) else {
-            let metric = Metric::ScaleFree(self.judge.n_eff);
-            let found = fit(self.segments, model, starts, metric, extends)?;
-            let own = likelihood(self.segments, self.base, &found);
-            return Some((found, own));
-        };
-        if model.is_random() {
+        if self.judge.is_likelihood && model.is_random() {
             return self.likeliest_from(model, starts.first()?.clone());
         }
-        // Under the noise of the best set first, then under the fit's own.
-        self.whitened_from(model, starts, best.likelihood.clone(), extends)
+        let metric = Metric::ScaleFree(self.judge.n_eff);
+        let found = fit(self.segments, model, starts, metric, extends)?;
+        let own = likelihood(self.segments, self.base, &found);
+        match self.judge.is_likelihood {
+            true => self.whitened_from(model, found.x, own),
+            false => Some((found, own)),
+        }
     }
 
-    /// Fits under one noise, then under that which the fit leaves itself, until that stays.
+    /// Fits under a noise, then under that which the fit leaves itself, until that stays.
     fn whitened_from(
         &self,
         model: &Model,
-        starts: &[Vec<f64>],
+        mut start: Vec<f64>,
         mut before: Likelihood,
-        extends: Option<&Fit>,
     ) -> Option<(Fit, Likelihood)> {
         let (segments, base) = (self.segments, self.base);
-        let mut starts = starts.to_vec();
         let mut round = 0;
         loop {
             let whitener = Whitener::new(segments, &before.plant, before.noise);
             let metric = Metric::Whitened(&whitener);
-            let extends = extends.filter(|_| round == 0);
-            let found = fit(segments, model, &starts, metric, extends)?;
+            let found = fit(segments, model, &[start], metric, None)?;
             let found = random::with_likeliest(segments, base, found);
             let own = likelihood(segments, base, &found);
             if own.noise == before.noise || round == REFINEMENTS {
                 return Some((found, own));
             }
-            starts = vec![found.x];
+            start = found.x;
             before = own;
             round += 1;
         }
@@ -221,19 +220,19 @@ impl<'a> Pool<'a> {
 
     /// Whether a fit leaves no more than simulated recordings of itself.
     fn is_at_floor(&self, fit: &Fit) -> bool {
-        if fit.model.members.is_empty() {
-            return !self.judge.is_relevant;
-        }
-        if fit.mean_square() <= self.judge.stated_floor {
+        let left = fit.mean_square();
+        let is_within = |floor: f64| {
+            let n_eff = || effective_observations(self.segments, &fit.corrected);
+            left <= floor || (floor > 0.0 && !exceeds(left, floor, n_eff(), &self.base.settings))
+        };
+        if is_within(self.judge.known_floor) {
             return true;
         }
         // Simulated recordings leave no more than twice what quantization does, but where starts decide.
-        if fit.mean_square() > FLOOR_WITHIN * ROUNDING_VARIANCE {
+        if left > FLOOR_WITHIN * ROUNDING_VARIANCE {
             return false;
         }
-        let n_eff = effective_observations(self.segments, &fit.corrected);
-        noise_floor(self.segments, fit)
-            .is_some_and(|floor| !exceeds(fit.mean_square(), floor, n_eff, &self.base.settings))
+        noise_floor(self.segments, fit).is_some_and(is_within)
     }
 
     /// The data costs, under either score, of the best of the smallest sets at the noise floor: less is not rewarded.
@@ -281,6 +280,41 @@ impl<'a> Pool<'a> {
         self.derived.insert((from, to))
     }
 
+    /// The fit without effects.
+    pub fn none(&self) -> &Fit {
+        let none = self.sets.get(&Vec::new());
+        &none.expect("the model without effects is fitted first").fit
+    }
+
+    /// Score of a fitted set.
+    pub fn score_of(&self, fit: &Fit) -> f64 {
+        let set = self.sets.get(&fit.ids());
+        set.map_or(f64::NEG_INFINITY, |set| set.score)
+    }
+
+    /// The best set, and the best set without each of its members, of those beside which no effect was screened yet: what is added to one of
+    /// these is added to the best set, or exchanged for a member of it.
+    pub fn not_expanded(&self) -> Vec<Fit> {
+        let best = self.best().fit.ids();
+        let without = (0..best.len()).map(|k| {
+            let mut fewer = best.clone();
+            fewer.remove(k);
+            fewer
+        });
+        let mut near = vec![best.clone()];
+        near.extend(without);
+        near.retain(|ids| {
+            ids.len() < self.base.settings.most_effects && !self.expanded.contains(ids)
+        });
+        let fits = near.iter().filter_map(|ids| self.sets.get(ids));
+        fits.map(|set| set.fit.clone()).collect()
+    }
+
+    /// Marks that every effect was screened beside a fit.
+    pub fn expanded(&mut self, fit: &Fit) {
+        self.expanded.insert(fit.ids());
+    }
+
     pub fn likelihood_of(&self, fit: &Fit) -> Likelihood {
         match self.sets.get(&fit.ids()) {
             Some(scored) => scored.likelihood.clone(),
@@ -301,8 +335,8 @@ impl<'a> Pool<'a> {
         (catalogue().len() as f64).ln() + log_options(self.base, member)
     }
 
-    /// All sets, best first. Of sets that predict the same the one with fewer parameters stands for both: an effect by direction whose two
-    /// directions are alike is the plain one.
+    /// All sets, best first, but those with an effect by direction whose two directions are alike: a set with fewer parameters predicts the
+    /// same.
     pub fn sorted(self) -> (Vec<Scored>, Judge) {
         let same = self.base.settings.unexplained_share.powi(2) * ROUNDING_VARIANCE;
         let sets = self.sets.into_values();
@@ -312,9 +346,16 @@ impl<'a> Pool<'a> {
             let pairs = a.corrected.iter().zip(&b.corrected);
             mean_square(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>()) >= same
         };
+        let by_direction = |set: &Scored| {
+            let ids = set.fit.ids();
+            ids.iter()
+                .filter(|id| id.starts_with("asymmetric_"))
+                .count()
+        };
         let is_implied = |set: &Scored| {
             sets.iter().any(|other| {
-                other.fit.model.members.len() == set.fit.model.members.len()
+                by_direction(other) < by_direction(set)
+                    && other.fit.model.members.len() == set.fit.model.members.len()
                     && other.fit.x.len() < set.fit.x.len()
                     && !differ(&other.fit, &set.fit)
             })
