@@ -410,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bench_is_what_it_says() {
+    fn a_bench_has_its_stated_motor_and_effects() {
         for seed in 0..12 {
             let bench = generate_bench(seed, HiddenEffects::Effects(1), None);
             assert_eq!(bench, generate_bench(seed, HiddenEffects::Effects(1), None));

@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn an_effect_changes_the_recording_and_an_unknown_one_is_refused() {
+    fn a_selected_effect_changes_the_recording_and_an_unknown_one_is_refused() {
         let mut with = plain();
         with.effects = vec![Effect {
             id: "coulomb_friction".to_owned(),

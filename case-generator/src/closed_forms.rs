@@ -49,7 +49,7 @@ fn a_step_without_friction_follows_the_first_order_solution() {
 }
 
 #[test]
-fn it_turns_at_the_steady_speed_that_friction_leaves() {
+fn the_steady_speed_is_that_of_the_torque_balance_with_friction() {
     let hidden = TrueMotor::without_effects(Motor::HANDOUT);
     let mut plant = at_rest(&hidden);
     for volts in [4.5, 1.0, -3.0] {
@@ -61,7 +61,7 @@ fn it_turns_at_the_steady_speed_that_friction_leaves() {
 }
 
 #[test]
-fn it_sticks_below_the_breakaway_voltage_and_moves_above() {
+fn the_shaft_sticks_below_the_breakaway_voltage_and_moves_above() {
     let hidden = TrueMotor::without_effects(Motor::HANDOUT);
     let breakaway_v = 0.02 * 10.0 / 0.7;
     let mut held = at_rest(&hidden);
@@ -73,7 +73,7 @@ fn it_sticks_below_the_breakaway_voltage_and_moves_above() {
 }
 
 #[test]
-fn two_bodies_on_a_spring_ring_at_their_frequency() {
+fn two_inertias_on_a_spring_oscillate_at_their_natural_frequency() {
     let mut motor = first_order();
     motor.viscous_friction_nm_s_per_rad = 0.0;
     motor.torque_constant_nm_per_a = 0.0;
@@ -106,7 +106,7 @@ fn two_bodies_on_a_spring_ring_at_their_frequency() {
 }
 
 #[test]
-fn a_driven_flank_leads_the_load_by_half_the_gap() {
+fn the_motor_leads_the_load_by_half_the_backlash() {
     let mut hidden = TrueMotor::without_effects(Motor::HANDOUT);
     let gap_rad = 0.05;
     hidden.coupling = Some(Coupling {
@@ -178,7 +178,7 @@ fn an_open_contact_leaves_no_torque() {
 }
 
 #[test]
-fn an_encoder_loses_the_share_of_edges_asked_for() {
+fn an_encoder_loses_the_configured_share_of_edges() {
     let mut hidden = TrueMotor::without_effects(Motor::HANDOUT);
     hidden.miss_probability = 0.03;
     let mut plant = at_rest(&hidden);
@@ -225,7 +225,7 @@ fn nominal_figures_are_off_by_five_percent() {
 }
 
 #[test]
-fn a_case_comes_again_from_its_seed_and_keeps_the_least_strength() {
+fn a_case_is_reproduced_from_its_seed_and_keeps_the_least_strength() {
     let kind = Kind::Pair("stribeck", "voltage_drop");
     let case = generate(11, &kind);
     assert_eq!(case, generate(11, &kind));
@@ -248,7 +248,7 @@ fn an_effect_without_a_magnitude_is_given_a_motor_on_which_it_shows() {
 }
 
 #[test]
-fn without_effect_and_random_torque_the_unseen_run_leaves_the_quantization() {
+fn without_effect_and_random_torque_the_held_out_residual_is_the_quantization() {
     let case = generate(4, &Kind::None);
     let floor = case.label.unseen_floor_counts;
     let quantisation = 1.0 / 12.0_f64.sqrt();
@@ -288,7 +288,7 @@ fn every_effect_outside_the_catalogue_shows() {
 }
 
 #[test]
-fn a_kind_reads_back_from_its_name() {
+fn a_kind_is_parsed_from_its_name() {
     for name in ["none", "backlash", "belt_jump", "cogging+inertia"] {
         assert_eq!(
             name.parse::<Kind>().map(|k| k.to_string()),

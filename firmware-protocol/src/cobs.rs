@@ -73,7 +73,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_stuffed_comes_out_again(plain in proptest::collection::vec(any::<u8>(), 0..=MAX_INPUT)) {
+        fn stuffed_bytes_are_unstuffed_to_the_same_bytes(plain in proptest::collection::vec(any::<u8>(), 0..=MAX_INPUT)) {
             let mut out = [0; MAX_INPUT + 1];
             let length = encode(&plain, &mut out).unwrap();
             prop_assert!(!out[..length].contains(&0));
@@ -82,7 +82,7 @@ mod tests {
         }
 
         #[test]
-        fn any_bytes_may_be_unstuffed(mut bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        fn arbitrary_bytes_are_unstuffed_without_a_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
             decode_in_place(&mut bytes);
         }
     }

@@ -124,7 +124,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn sequences_with_losses_run_on(steps in proptest::collection::vec(1u64..=32_767, 1..200)) {
+        fn sequences_with_losses_are_unwrapped(steps in proptest::collection::vec(1u64..=32_767, 1..200)) {
             let mut unwrap = SequenceUnwrapper::new();
             unwrap.push(0);
             let mut truth = 0;
@@ -138,7 +138,7 @@ mod tests {
         }
 
         #[test]
-        fn micros_run_on(steps in proptest::collection::vec(any::<u32>(), 1..200)) {
+        fn microseconds_are_unwrapped(steps in proptest::collection::vec(any::<u32>(), 1..200)) {
             let mut unwrap = MicrosUnwrapper::new();
             let mut truth = unwrap.push(77);
             for step in steps {
@@ -148,7 +148,7 @@ mod tests {
         }
 
         #[test]
-        fn counts_of_both_widths_run_on(steps in proptest::collection::vec(-32_768i64..32_768, 1..200)) {
+        fn counts_of_both_widths_are_unwrapped(steps in proptest::collection::vec(-32_768i64..32_768, 1..200)) {
             let (mut narrow, mut wide) = (CountsUnwrapper::new(true), CountsUnwrapper::new(false));
             let mut truth = 0i64;
             narrow.push(0);

@@ -73,7 +73,7 @@ fn the_header_holds_the_crates_constants_and_no_others() {
 }
 
 #[test]
-fn the_crate_hands_out_every_file_of_the_sketch() {
+fn the_crate_contains_every_file_of_the_sketch() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino/motorlab");
     let mut there: Vec<String> = std::fs::read_dir(folder)
         .expect("the sketch")

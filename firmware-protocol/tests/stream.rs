@@ -45,7 +45,7 @@ fn samples(bytes: &[u8]) -> Vec<Sample> {
 }
 
 #[test]
-fn every_single_bit_flip_is_caught_and_costs_at_most_the_two_frames_that_it_touches() {
+fn every_single_bit_flip_is_detected_and_loses_at_most_two_frames() {
     let (bytes, starts) = stream(6);
     for at in 0..bytes.len() {
         for bit in 0..8 {
@@ -70,7 +70,7 @@ fn every_single_bit_flip_is_caught_and_costs_at_most_the_two_frames_that_it_touc
 }
 
 #[test]
-fn half_a_million_damaged_streams_do_no_harm() {
+fn half_a_million_damaged_streams_are_decoded_without_a_panic() {
     // Damaged frames are decoded further than noise; both are tested.
     let (clean, _) = stream(8);
     let mut state = 1u64;
@@ -99,7 +99,7 @@ fn half_a_million_damaged_streams_do_no_harm() {
 
 proptest! {
     #[test]
-    fn any_bytes_may_come(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+    fn arbitrary_bytes_are_decoded_without_a_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
         swallow(&bytes);
     }
 
@@ -115,7 +115,7 @@ proptest! {
     }
 
     #[test]
-    fn a_hole_costs_only_the_frames_it_touches(from in 0usize..360, length in 1usize..60) {
+    fn missing_bytes_lose_only_the_frames_that_they_are_in(from in 0usize..360, length in 1usize..60) {
         let (bytes, starts) = stream(20);
         let to = (from + length).min(bytes.len());
         let mut hurt = bytes[..from].to_vec();

@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_know_no_volt_torque_or_speed_of_their_own() {
+    fn ranges_scale_with_the_motor() {
         let (volt, ampere, nm, second) = (5.3, 0.4, 0.07, 0.25);
         let other = in_other_units(volt, ampere, nm, second);
         for kind in catalogue() {
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn other_motors_have_ranges_of_their_own_size() {
+    fn ranges_of_another_motor_scale_with_its_parameters() {
         for motor in MOTORS {
             let w0 = motor.supply_v / motor.back_emf_v_s_per_rad;
             let stall_nm = motor.torque_constant_nm_per_a * motor.supply_v / motor.resistance_ohm;

@@ -386,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motor_reads_back_as_it_was_written() {
+    fn a_written_motor_is_read_back_unchanged() {
         let mut motor = Motor::default();
         motor.parameters.resistance_ohm = 8.25;
         motor.tolerance.insert("inertia_kg_m2".to_owned(), 0.1);
@@ -430,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_cannot_be_are_refused_with_their_line() {
+    fn impossible_values_are_refused_with_their_line() {
         for (text, says) in [
             (
                 "supply_v = \"five\"",

@@ -35,7 +35,7 @@ const TOLERANCE_OF_RIPPLE: f64 = 1e-2;
 
 /// Most derivatives carried by one simulation: more are computed in groups of eight. There are two widths, 4 and 8,
 /// each a copy of the integrator; a width of 6 would save 15 to 20 % for five or six derivatives.
-const WIDEST: usize = 8;
+const MOST_DERIVATIVES: usize = 8;
 
 /// A drive prepared for simulations with many motors.
 ///
@@ -66,7 +66,7 @@ impl Simulator {
 
     /// Sets the known differences of this run from the motors.
     #[must_use]
-    pub fn knowing(mut self, known: KnownDifferences) -> Self {
+    pub fn with_known(mut self, known: KnownDifferences) -> Self {
         self.known = known;
         self
     }
@@ -74,7 +74,7 @@ impl Simulator {
     /// Sets whether the speeds of the log are means since the previous sample: a filter is then updated once per
     /// sample (exponential smoothing by `1 - exp(-TS/tau)`), as in firmware.
     #[must_use]
-    pub fn filtering_samples(mut self, does: bool) -> Self {
+    pub fn with_sample_filter(mut self, does: bool) -> Self {
         self.filters_samples = does;
         self
     }
@@ -82,7 +82,7 @@ impl Simulator {
     /// Sets the initial angle (rad) and speed (rad/s): for a recording that begins in motion, and for effects that
     /// depend on the angle.
     #[must_use]
-    pub fn starting(mut self, angle_rad: f64, speed_rad_s: f64) -> Self {
+    pub fn with_start(mut self, angle_rad: f64, speed_rad_s: f64) -> Self {
         self.start = (angle_rad, speed_rad_s);
         self
     }
@@ -91,42 +91,23 @@ impl Simulator {
     /// shooting: Bock, 1983). Unmeasured states continue: heat, current, side of a gap, delayed commands. `resets`
     /// are in ascending order of their samples.
     #[must_use]
-    pub fn resetting(mut self, resets: Vec<Reset>) -> Self {
+    pub fn with_resets(mut self, resets: Vec<Reset>) -> Self {
         self.schedule = self.schedule.with_resets(resets);
-        self
-    }
-
-    /// Increases initial speeds by these amounts (rad/s): sample 0 is the start of the run, the others are samples of
-    /// restarts. Other starts are unchanged.
-    #[must_use]
-    pub fn starting_faster(mut self, by_rad_s: impl IntoIterator<Item = (usize, f64)>) -> Self {
-        for (sample, by_rad_s) in by_rad_s {
-            if !self.schedule.make_faster(sample, by_rad_s) && sample == 0 {
-                self.start.1 += by_rad_s;
-            }
-        }
         self
     }
 
     /// Sets omitted intervals of the run, long compared with all of a motor's time constants except the thermal one.
     /// The drive continues after each from a restart there. `skipped` is in ascending order of the samples.
     #[must_use]
-    pub fn skipping(mut self, skipped: Vec<Skipped>) -> Self {
+    pub fn with_skipped(mut self, skipped: Vec<Skipped>) -> Self {
         self.schedule = self.schedule.with_skipped(skipped);
-        self
-    }
-
-    /// Sets the initial state of another simulator.
-    #[must_use]
-    pub fn starting_as(mut self, other: &Self) -> Self {
-        self.start = other.start;
         self
     }
 
     /// Sets steps, known differences and filter of the run that this drive was cut from.
     #[must_use]
-    pub fn cut_from(mut self, run: &Self) -> Self {
-        self.schedule = self.schedule.stepping_as(&run.schedule);
+    pub fn with_steps_of(mut self, run: &Self) -> Self {
+        self.schedule = self.schedule.with_steps_of(&run.schedule);
         self.known.clone_from(&run.known);
         self.filters_samples = run.filters_samples;
         self
@@ -232,7 +213,7 @@ impl Simulator {
         let samples = self.samples();
         let (mut wanted, mut columns) = (wanted, columns);
         while !wanted.is_empty() {
-            let (ids, others) = wanted.split_at(wanted.len().min(WIDEST));
+            let (ids, others) = wanted.split_at(wanted.len().min(MOST_DERIVATIVES));
             let (block, rest) = columns.split_at_mut(ids.len() * samples);
             match ids.len() {
                 ..=4 => self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block),

@@ -183,7 +183,7 @@ impl Motor {
     /// The motor for a run whose first encoder angle is `shown_rad`: simulations begin at 0, so that the phase of
     /// everything periodic in the angle is advanced.
     #[must_use]
-    pub fn begun_at(&self, shown_rad: f64) -> Self {
+    pub fn with_phase_from(&self, shown_rad: f64) -> Self {
         let mut motor = self.clone();
         // An eccentric encoder reads `theta + e sin(theta + phi)`, which is solved for the shaft's angle.
         let mut angle_rad = shown_rad;
@@ -212,7 +212,7 @@ mod tests {
     use crate::catalogue::catalogue;
 
     #[test]
-    fn what_differs_is_in_the_motor_and_nothing_else() {
+    fn a_stated_difference_changes_only_its_parameter() {
         let mut motor = Motor::default();
         motor
             .effects
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_names_nothing_leads_to_the_one_that_was_meant() {
+    fn an_unknown_key_suggests_the_nearest_key() {
         let mut known = KnownDifferences::default();
         let error = known
             .set("inertia_aded_kg_m2", 1.0)
@@ -270,7 +270,7 @@ mod tests {
             let mut motor = Motor::default();
             let effect = ActiveEffect::from_keys(kind.id, [("phase_rad", 0.5)], &motor.parameters);
             motor.effects.set(effect.unwrap());
-            let begun = motor.begun_at(0.25);
+            let begun = motor.with_phase_from(0.25);
             let before = motor.effects.iter().next().unwrap();
             let after = begun.effects.iter().next().unwrap();
             let cycles = match kind

@@ -159,7 +159,7 @@ mod tests {
     use crate::Parameters;
 
     #[test]
-    fn the_ends_are_in_and_what_is_no_number_is_not() {
+    fn ranges_include_their_ends_and_exclude_nan() {
         for range in [SAMPLE_TIME_S, COUNTS_PER_REV, of_parameter("inertia_kg_m2")] {
             assert!(range.holds(range.lo) && range.holds(range.hi));
             assert!(!range.holds(range.hi * 1.001) && !range.holds(range.lo * 0.999));
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_message_has_no_hundred_digits() {
+    fn messages_have_few_digits() {
         for (value, shown) in [
             (1e-308, "1e-308"),
             (3e10, "3e10"),

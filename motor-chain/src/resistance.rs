@@ -58,7 +58,7 @@ mod tests {
     use crate::{ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, simulate};
 
     #[test]
-    fn voltage_and_counts_do_not_show_the_resistance() {
+    fn voltage_and_counts_do_not_determine_the_resistance() {
         let t_s: Vec<f64> = (0..300).map(|k| f64::from(k) * 0.003).collect();
         let command: Vec<f64> = (0..300)
             .map(|k| [4.5, -1.0, 0.35, -4.0, 0.0][k / 60])

@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_dual_number_differentiates_like_calculus() {
+    fn dual_numbers_give_the_analytic_derivatives() {
         let x = Dual::<2>::parameter(0.7, 0);
         let y = Dual::<2>::parameter(1.3, 1);
         let f = (x * y + 2.0).exp() / (x.sin() + y) - x.abs() * 3.0;

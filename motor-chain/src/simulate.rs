@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_exact_converges() {
+    fn inexact_steps_converge() {
         let effects: [(&str, &[f64]); 7] = [
             ("stribeck", &[0.03, 0.5]),
             ("presliding", &[0.035]),

@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_the_standard_librarys_within_two_rounding_errors() {
+    fn the_sine_is_the_standard_librarys_within_two_rounding_errors() {
         let mut largest = 0.0_f64;
         let far = (-20_000..20_000).map(|k| f64::from(k) * 49.993);
         let near = (-200_000..200_000).map(|k| f64::from(k) * 1.7e-3);

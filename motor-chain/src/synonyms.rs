@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_is_proposed_is_there() {
+    fn every_suggestion_exists() {
         for (word, name) in ALSO_CALLED {
             let is_there = find(name).is_some() || Parameters::KEYS.contains(name);
             assert!(is_there, "{word}: {name}");
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_type_leads_to_what_they_mean() {
+    fn synonyms_and_misspellings_suggest_the_right_term() {
         for (asked, name) in [
             ("friction", "coulomb_friction"),
             ("Backlash", "backlash"),
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_nothing_of_the_kind_is_taken_for_nothing() {
+    fn unrelated_words_suggest_nothing() {
         for asked in ["noise", "motor", "banana", "x", "", "error"] {
             assert_eq!(effect(asked), None, "{asked}");
         }

@@ -96,7 +96,7 @@ fn shaft(effect: Option<(&str, &[f64])>, reset: &Reset) -> (f64, f64) {
 /// A segment from the measured state at its first sample equals a run that starts there, if no state is hidden; also
 /// with an encoder error, and for times between the ends of steps.
 #[test]
-fn a_reset_is_a_start() {
+fn a_counter_reset_starts_a_new_initial_state() {
     for late_s in [0.0, 1e-4] {
         let t_s: Vec<f64> = (0..900)
             .map(|k| f64::from(k) * 0.003 + late_s * f64::from(k * 7919 % 7) / 7.0)
@@ -138,7 +138,7 @@ fn a_reset_is_a_start() {
             let wanted: Vec<ParameterId> = (0..4).map(ParameterId::Nominal).collect();
             let mut workspace = Workspace::default();
             let (mut all, mut slopes) = (vec![0.0; 900], vec![0.0; 3600]);
-            (whole.clone().resetting(resets.clone()))
+            (whole.clone().with_resets(resets.clone()))
                 .sensitivities(&motor, &wanted, &mut workspace, &mut all, &mut slopes)
                 .expect("a motor");
             for (reset, to) in resets.iter().zip([551, 900]) {
@@ -146,7 +146,7 @@ fn a_reset_is_a_start() {
                 let (mut alone, mut alone_slopes) = (vec![0.0; n], vec![0.0; 4 * n]);
                 let (angle_rad, speed_rad_s) = shaft(effect, reset);
                 (Simulator::new(&drive(reset.sample, to), Model::FirstOrder).expect("a drive"))
-                    .starting(angle_rad, speed_rad_s)
+                    .with_start(angle_rad, speed_rad_s)
                     .sensitivities(
                         &motor,
                         &wanted,
@@ -180,7 +180,7 @@ fn a_reset_is_a_start() {
 
 /// Omitted intervals warm the winding as simulated ones.
 #[test]
-fn a_winding_keeps_warming_through_intervals_left_out() {
+fn the_winding_temperature_continues_through_omitted_intervals() {
     let mut motor = Motor::default();
     let values = [("resistance_rise_per_w", 0.5), ("time_constant_s", 8.0)];
     let heating = ActiveEffect::from_keys("winding_heating", values, &motor.parameters);
@@ -226,7 +226,7 @@ fn a_winding_keeps_warming_through_intervals_left_out() {
             kind: CommandKind::Voltage,
         };
         let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
-        let simulator = simulator.resetting(vec![reset]).skipping(skipped);
+        let simulator = simulator.with_resets(vec![reset]).with_skipped(skipped);
         let mut angles = vec![0.0; shorter.len()];
         (simulator.angles(&motor, &mut Workspace::default(), &mut angles)).expect("a motor");
         let apart = (angles[until..].iter().zip(&whole.angle_rad[from..]))
@@ -241,7 +241,7 @@ fn a_winding_keeps_warming_through_intervals_left_out() {
 /// One motion read by encoders with and without effects, on either side of a spring and of a gap: bitwise the
 /// readings of single simulations.
 #[test]
-fn several_encoders_read_as_each_alone() {
+fn several_encoders_read_the_same_as_each_alone() {
     let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
     let command: Vec<f64> = (0..600).map(|k| [4.5, -1.0, 0.35][k / 70 % 3]).collect();
     let drive = Drive {
@@ -250,7 +250,7 @@ fn several_encoders_read_as_each_alone() {
         kind: CommandKind::Voltage,
     };
     let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
-    let simulator = simulator.starting(0.3, 2.0);
+    let simulator = simulator.with_start(0.3, 2.0);
     let with = |effects: &[(&str, &[f64])]| {
         let mut motor = Motor::default();
         for (id, values) in effects {
@@ -315,7 +315,7 @@ fn a_filter_by_samples_is_exponential_smoothing() {
     let angles = |motor: &Motor| {
         let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
         let mut angles = vec![0.0; t_s.len()];
-        (simulator.filtering_samples(true))
+        (simulator.with_sample_filter(true))
             .angles(motor, &mut Workspace::default(), &mut angles)
             .expect("a motor");
         angles
@@ -337,7 +337,7 @@ fn a_filter_by_samples_is_exponential_smoothing() {
     let id = ParameterId::effect("speed_filter", "time_constant_s").expect("a number");
     let mut column = vec![0.0; t_s.len()];
     let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
-    (simulator.filtering_samples(true))
+    (simulator.with_sample_filter(true))
         .sensitivities(
             &filtering(TAU_S),
             &[id],

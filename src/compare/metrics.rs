@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_perfect_model_leaves_the_rounding() {
+    fn a_perfect_model_has_only_rounding_residuals() {
         // Steady motion by an irrational number of counts a sample, from any initial fraction.
         for start in [0.0, 0.123, 0.5, 0.987] {
             let x: Vec<f64> = (0..100_000)
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn the_start_cannot_hide_a_gap() {
+    fn the_initial_state_does_not_absorb_a_gap() {
         let x = vec![0.0; 100];
         let recorded: Vec<i64> = (0..100).map(|k| if k == 0 { 0 } else { 10 }).collect();
         let error = rms(align(&recorded, &x).residual_counts);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_relative_to_a_constant_speed() {
+    fn no_error_is_relative_to_a_constant_speed() {
         let a = vec![Some(0.1 + 0.2); 1001];
         let b = vec![Some(1.0); 1001];
         assert!(root_mean_square_errors(&a, &b).1.is_nan());

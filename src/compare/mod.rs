@@ -116,7 +116,7 @@ pub fn compare(run: &Run, motor: &Motor, model: Model) -> Result<Overlay, Simula
     };
     let begins_rad = run.counts.first().copied().unwrap_or(0) as f64 / run.counts_per_rev
         * std::f64::consts::TAU;
-    let mut motor = run.known.applied_to(motor).begun_at(begins_rad);
+    let mut motor = run.known.applied_to(motor).with_phase_from(begins_rad);
     motor.parameters.counts_per_rev = run.counts_per_rev;
     if let Some(supply_v) = run.known.supply_v().or(run.supply_v) {
         motor.parameters.supply_v = supply_v;

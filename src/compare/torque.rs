@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_torque_that_a_model_lacks_is_found_again() {
+    fn a_missing_torque_is_reconstructed() {
         // Closed form: a constant torque T from rest on J and B moves r = T/B (t - (1 - e^(-t B/J)) J/B).
         let parameters = Parameters {
             back_emf_v_s_per_rad: 0.2,

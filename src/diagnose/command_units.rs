@@ -73,7 +73,7 @@ mod tests {
 
     /// Each parameter of each effect has the same value in these units for any resistance.
     #[test]
-    fn numbers_in_units_of_the_command_do_not_depend_on_the_resistance() {
+    fn parameters_in_units_of_the_command_do_not_depend_on_the_resistance() {
         for kind in catalogue() {
             let mut motor = Motor::default();
             let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters);

@@ -101,7 +101,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         motor.tolerance.clone_from(&given.tolerance);
         let fitted = (found.model.parameters.iter()).map(|parameter| parameter.id.key());
         motor = with_tolerances(&motor, fitted, settings.fitted_tolerance);
-        let rms = left_by(&motor, &prepared).ok_or(DiagnoseError::NoFit)?;
+        let rms = residual_rms(&motor, &prepared).ok_or(DiagnoseError::NoFit)?;
         best = Some((motor.clone(), rms, prepared));
         if is_settled {
             break;
@@ -117,7 +117,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
             at_rest_counts,
         });
     }
-    let given_left_counts = left_by(&given, &prepared);
+    let given_left_counts = residual_rms(&given, &prepared);
     let is_given = given_left_counts.is_some_and(|left| left < left_counts);
     Ok(NominalFit {
         motor: if is_given { given } else { motor },
@@ -194,7 +194,7 @@ fn start(
     let prepared = Prepared::new(runs, slowest, settings, false)?;
     let left = candidates
         .iter()
-        .filter_map(|motor| Some((left_by(motor, &prepared)?, motor)));
+        .filter_map(|motor| Some((residual_rms(motor, &prepared)?, motor)));
     let best = left.min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, motor)| motor.clone())
         .ok_or(DiagnoseError::NoFit)
@@ -224,7 +224,7 @@ fn with_tolerances(
 }
 
 /// Residual RMS of a motor in counts; `None` if it cannot be simulated.
-fn left_by(motor: &Motor, prepared: &Prepared) -> Option<f64> {
+fn residual_rms(motor: &Motor, prepared: &Prepared) -> Option<f64> {
     let mut base = prepared.base.clone();
     base.motor = motor.clone();
     let model = Model::new(&base, Vec::new());

@@ -197,7 +197,7 @@ mod tests {
     /// A motor whose friction differs from the file's in both groups: no change, though the file is wrong. With a
     /// dead zone in the later runs, that is the change.
     #[test]
-    fn what_was_there_before_is_no_change() {
+    fn effects_of_the_reference_are_no_change() {
         let mut then = motor_with(&[("voltage_drop", &[0.6])]);
         then.parameters.coulomb_friction_nm *= 1.2;
         let reference = [recording(&then, 1500)];

@@ -91,7 +91,7 @@ mod tests {
     };
 
     #[test]
-    fn a_step_is_the_textbooks() {
+    fn a_step_response_is_the_textbook_solution() {
         let t_s: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.07).collect();
         let angles = MOTOR.angles(&t_s, &vec![3.0; t_s.len()], 0.0);
         for (t, angle) in t_s.iter().zip(angles) {
@@ -103,7 +103,7 @@ mod tests {
     /// Switched off at speed 2: `w = -1 + 3 exp(-t/T)` is 0 at `T ln 3`, where `theta = T (2 - ln 3)`; it stays
     /// there.
     #[test]
-    fn friction_brings_it_to_rest_within_a_step_and_holds_it() {
+    fn friction_stops_the_shaft_within_a_step_and_holds_it() {
         let angles = MOTOR.angles(&[0.0, 1.0, 2.0], &[0.0, 0.9, 0.0], 2.0);
         let expected = 0.5 * (2.0 - 3.0_f64.ln());
         assert!((angles[1] - expected).abs() < 1e-12, "{angles:?}");

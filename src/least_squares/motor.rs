@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_motor_that_takes_the_numbers_has_them() {
+    fn fitted_parameters_are_written_to_the_motor() {
         for kind in [
             CommandKind::Voltage,
             CommandKind::Current,

@@ -35,7 +35,7 @@ const SAME: f64 = 1e-3;
 /// motors.
 const LEAST_FRICTION: f64 = 1e-3;
 /// Largest relative increase of the error that the runs do not resolve.
-const NOT_MINDED: f64 = 0.01;
+const NOT_RESOLVED: f64 = 0.01;
 
 /// A fitted first-order motor and its error.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ pub struct PlainFit {
 pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<PlainFit> {
     let all = Records(records);
     let largest_command = all.largest_command();
-    let given = starts.iter().filter_map(|start| all.left_by(*start));
+    let given = starts.iter().filter_map(|start| all.with_error(*start));
     let mut found: Vec<PlainFit> = given.collect();
     let given_leave = least(&found);
     for FirstOrderMotor { gain, shape } in starts {
@@ -93,7 +93,7 @@ pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<P
     let FirstOrderMotor { gain, shape } = best.motor;
     let friction = shape.friction.max(LEAST_FRICTION * largest_command);
     let rubs = all.with_gain(gain, FirstOrder { friction, ..shape });
-    rubs.filter(|fit| fit.left_counts <= ((1.0 + NOT_MINDED) * least).min(given_leave))
+    rubs.filter(|fit| fit.left_counts <= ((1.0 + NOT_RESOLVED) * least).min(given_leave))
         .or(Some(best))
 }
 
@@ -133,11 +133,11 @@ impl Records<'_> {
         } else {
             once
         };
-        self.left_by(FirstOrderMotor { gain, shape })
+        self.with_error(FirstOrderMotor { gain, shape })
     }
 
     /// The error of a motor; `None` if it is not finite.
-    fn left_by(&self, motor: FirstOrderMotor) -> Option<PlainFit> {
+    fn with_error(&self, motor: FirstOrderMotor) -> Option<PlainFit> {
         let residuals = self.residuals(motor.gain, motor.shape);
         let squares: f64 = residuals.iter().map(|r| r * r).sum();
         let left_counts = (squares / residuals.len() as f64).sqrt();
@@ -214,7 +214,7 @@ impl Records<'_> {
                 let mut tried = p + step;
                 tried[1] = tried[1].clamp(shortest.ln(), longest.ln());
                 tried[2] = tried[2].max(0.0);
-                match self.left_by(of(tried)) {
+                match self.with_error(of(tried)) {
                     Some(fit) if fit.left_counts < best.left_counts => {
                         (best, p) = (fit, tried);
                         damping *= 0.25;

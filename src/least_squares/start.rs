@@ -55,31 +55,33 @@ pub fn start_of(record: &Record<'_>) -> Start {
         let variance = (rest / (n - 3) as f64).max(ROUNDING);
         bent - rest > CLEARLY * variance
     };
-    match left_by_step(t_s, counts).filter(clearly) {
+    match step_residual(t_s, counts).filter(clearly) {
         Some(_) if steps => Start::default(),
         _ => moving,
     }
 }
 
 /// Residual sum of squares of the step response of a first-order motor from rest.
-fn left_by_step(t_s: &[f64], counts: &[f64]) -> Option<f64> {
+fn step_residual(t_s: &[f64], counts: &[f64]) -> Option<f64> {
     let n = counts.len();
     let step_s = (t_s[n - 1] - t_s[0]) / (n - 1) as f64;
     let (shortest, longest, tried) = TIME_CONSTANTS;
     let ratio = (longest / shortest).ln() / (tried - 1) as f64;
-    let left = (0..tried).map(|k| {
+    let residuals = (0..tried).map(|k| {
         let time_constant_s = step_s * shortest * (ratio * k as f64).exp();
         let turned = t_s.iter().map(|t| {
             let passed_s = t - t_s[0];
             passed_s + time_constant_s * (-passed_s / time_constant_s).exp_m1()
         });
-        left_by_line(&turned.collect::<Vec<f64>>(), counts)
+        line_residual(&turned.collect::<Vec<f64>>(), counts)
     });
-    left.filter(|left| left.is_finite()).min_by(f64::total_cmp)
+    residuals
+        .filter(|residuals| residuals.is_finite())
+        .min_by(f64::total_cmp)
 }
 
 /// Residual sum of squares of the regression line in `x`.
-fn left_by_line(x: &[f64], counts: &[f64]) -> f64 {
+fn line_residual(x: &[f64], counts: &[f64]) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (x_mean, n_mean) = (mean(x), mean(counts));
     let pairs = || x.iter().zip(counts).map(|(x, n)| (x - x_mean, n - n_mean));
@@ -153,14 +155,14 @@ mod tests {
     }
 
     #[test]
-    fn a_fast_motors_step_begins_at_rest() {
+    fn a_step_of_a_fast_motor_starts_at_rest() {
         for time_constant_s in [0.005, 0.008, 0.01, 0.02, 0.2] {
             assert_eq!(start(time_constant_s, 0.0), 0.0, "{time_constant_s} s");
         }
     }
 
     #[test]
-    fn a_shaft_that_turns_from_the_first_sample_on_was_turning_before() {
+    fn a_shaft_that_turns_at_the_first_sample_starts_in_motion() {
         for (time_constant_s, share) in [(0.05, 1.0), (0.2, 1.0), (0.2, 0.6), (0.05, 1.5)] {
             let speed = start(time_constant_s, share);
             assert!(

@@ -45,7 +45,7 @@ fn ids(found: &[(String, String)]) -> Vec<&str> {
 }
 
 #[test]
-fn stamps_of_a_terminal_and_dates_are_times() {
+fn time_stamps_of_a_terminal_and_dates_are_times() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
     // A log with three columns without names is not one with two.
@@ -74,7 +74,7 @@ fn stamps_of_a_terminal_and_dates_are_times() {
 }
 
 #[test]
-fn stamps_go_over_midnight_and_keep_their_fractions() {
+fn time_stamps_continue_over_midnight_and_keep_their_fractions() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
     let log = "time;pwm;n\n[23:59:59.990] 255;1\n[23:59:59.995] 255;2\n[00:00:00.000] 0;4\n[00:00:00.005] 0;9\n";
@@ -93,7 +93,7 @@ fn stamps_go_over_midnight_and_keep_their_fractions() {
 }
 
 #[test]
-fn a_command_of_another_rate_is_held_by_the_mapping() {
+fn a_command_with_its_own_sample_rate_is_held_by_the_mapping() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
     let (log, map) = ("multirate_csv/pj.csv", "multirate_csv/pj.toml");
@@ -126,7 +126,7 @@ fn a_command_of_another_rate_is_held_by_the_mapping() {
 }
 
 #[test]
-fn a_pause_in_which_the_angle_may_go_round_is_lost_samples_and_fatal() {
+fn a_pause_in_which_the_angle_may_wrap_is_lost_samples_and_fatal() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
     let done = import(path, "wrap_over_gap/gap.csv", "wrap_over_gap/gap.toml", &[]);
@@ -227,7 +227,7 @@ fn dither_at_rest_is_a_note_and_nothing_else_is() {
 }
 
 #[test]
-fn sound_steps_and_first_order_motors_have_no_finding_above_a_note() {
+fn correct_steps_and_first_order_motors_have_no_finding_above_a_note() {
     for (log, map) in [
         ("clean_step_alarm/p8.csv", "clean_step_alarm/p8.toml"),
         ("fit_wrong_valley/p4.csv", "fit_wrong_valley/p4.toml"),

@@ -41,7 +41,7 @@ fn levels(samples: usize, sample_time_s: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn a_run_that_begins_in_motion_identifies_no_effect() {
+fn a_run_that_starts_in_motion_identifies_no_effect() {
     let (runs, motor) = case(8, "none");
     let turning = |run: &Run| {
         let travel = |k: usize| (run.counts[k + 1] - run.counts[k - 1]).abs();
@@ -67,7 +67,7 @@ fn a_run_that_begins_in_motion_identifies_no_effect() {
 
 /// `w = w0 exp(-t/tau)`, `theta = theta0 + w0 tau (1 - exp(-t/tau))` with `tau = J/b`.
 #[test]
-fn a_start_in_motion_runs_out_as_the_closed_form_says() {
+fn a_start_in_motion_coasts_as_in_closed_form() {
     let mut motor = Motor::default();
     motor.parameters.coulomb_friction_nm = 0.0;
     let p = &motor.parameters;
@@ -82,7 +82,7 @@ fn a_start_in_motion_runs_out_as_the_closed_form_says() {
     let (start_rad, start_rad_s) = (3.0, -12.0);
     let simulator = Simulator::new(&drive, Model::SecondOrder)
         .unwrap()
-        .starting(start_rad, start_rad_s);
+        .with_start(start_rad, start_rad_s);
     let mut angles = vec![0.0; t_s.len()];
     simulator
         .angles(&motor, &mut Workspace::default(), &mut angles)

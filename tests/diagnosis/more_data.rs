@@ -9,7 +9,7 @@ use crate::recorded::{LEVELS, recorded, with};
 /// The host's times are used for the board's clock only: without them, or with an uninformative column, the answer is
 /// the same.
 #[test]
-fn a_host_time_that_says_nothing_changes_nothing() {
+fn uninformative_host_times_change_no_result() {
     for effects in [&[("dead_zone", &[0.8][..])][..], &[]] {
         let run = recorded(&with(effects), &LEVELS, 0.01, 8.0);
         let samples = run.len();

@@ -18,7 +18,7 @@ const ACCUSED: usize = 4;
 const SURELY_ACCUSED: usize = 2;
 
 #[test]
-fn motors_without_an_effect_are_not_accused() {
+fn motors_without_an_effect_have_no_false_alarm() {
     let settings = Settings::default();
     let (mut accused, mut surely, mut words) = (0, 0, String::new());
     let (mut families, mut protocols) = (BTreeSet::new(), BTreeSet::new());

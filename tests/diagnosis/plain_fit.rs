@@ -88,7 +88,7 @@ fn check_over_segments(runs: &[Run]) {
 /// Two recordings on which a regression alone once had errors of 2378 and 1777 counts; both are exact first-order
 /// steps.
 #[test]
-fn a_first_order_step_is_left_within_a_count() {
+fn residuals_of_a_first_order_step_are_within_a_count() {
     let folder = Path::new("fixtures/cases/diagnosis/fit_wrong_valley");
     // The speed of the second is rounded to 0.0001 rad/s and its counts are computed from that.
     for (log, map, scipy) in [
@@ -196,7 +196,7 @@ fn left_of_step(run: &Run, motor: FirstOrderMotor) -> f64 {
 
 /// The motor of the run and others as starts: the fit has no larger error than any of them.
 #[test]
-fn a_fit_is_never_worse_than_a_motor_that_it_starts_from() {
+fn a_fit_is_never_worse_than_its_initial_motor() {
     for (k, drawn) in drawn().iter().enumerate().step_by(4) {
         let FirstOrderMotor { gain, shape } = drawn.motor;
         let beside = |factor: f64| FirstOrderMotor {
@@ -225,7 +225,7 @@ fn a_fit_is_never_worse_than_a_motor_that_it_starts_from() {
 
 /// A recording of several levels that begins in motion: the parameters are found, with the initial speed and without.
 #[test]
-fn a_start_in_motion_is_one() {
+fn a_start_in_motion_is_detected() {
     let truth = FirstOrder {
         time_constant_s: 0.15,
         friction: 0.5,
@@ -368,8 +368,9 @@ unit = "rpm"
 /// hides the time constant, over segments it does not, in the whole and in its parts. The author's model of the same
 /// motor is 35.25 rpm/V, 0.28 s and 2 V.
 #[test]
-fn a_staircase_of_a_minute_has_its_authors_numbers() {
-    let Some(folder) = support::real_recordings("a_staircase_of_a_minute_has_its_authors_numbers")
+fn a_staircase_of_a_minute_has_its_published_parameters() {
+    let Some(folder) =
+        support::real_recordings("a_staircase_of_a_minute_has_its_published_parameters")
     else {
         return;
     };

@@ -16,7 +16,7 @@ fn diagnosed(runs: &[Run], quick: bool) -> Diagnosis {
 }
 
 #[test]
-fn a_quick_answer_names_the_same_effect_from_a_tenth() {
+fn a_quick_answer_names_the_same_effect_from_a_tenth_of_the_samples() {
     let run = recorded(&with(&[("dead_zone", &[0.8])]), &LEVELS, 0.01, 100.0);
     let runs = [run];
     let (whole, quick) = (diagnosed(&runs, false), diagnosed(&runs, true));
@@ -43,7 +43,7 @@ fn a_quick_answer_names_the_same_effect_from_a_tenth() {
 
 /// Too short to omit samples: five segments are needed for the folds.
 #[test]
-fn a_short_recording_is_used_whole_and_marked_all_the_same() {
+fn a_short_recording_is_used_completely_and_marked_as_quick() {
     let runs = [recorded(&Motor::default(), &LEVELS, 0.01, 4.0)];
     let quick = diagnosed(&runs, true);
     let of = quick.quick.expect("it is marked");
@@ -52,7 +52,7 @@ fn a_short_recording_is_used_whole_and_marked_all_the_same() {
 }
 
 #[test]
-fn sentence_page_and_document_say_that_the_answer_is_quick() {
+fn sentence_page_and_document_state_that_the_answer_is_quick() {
     let folder = tempfile::tempdir().expect("a folder");
     let made = [
         "simulate",

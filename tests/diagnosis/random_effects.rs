@@ -24,7 +24,7 @@ fn of(effects: &[(&str, &[f64])]) -> (Motor, Vec<Run>) {
 
 /// Each is named, with the true parameter.
 #[test]
-fn a_random_effect_is_named_with_its_parameter() {
+fn a_random_effect_is_identified_with_its_parameter() {
     for (effect, values, key) in [
         ("missed_counts", &[0.01, 0.0][..], "probability"),
         ("missed_counts", &[0.03, 0.0], "probability"),
@@ -45,7 +45,7 @@ fn a_random_effect_is_named_with_its_parameter() {
 
 /// The same recordings of a motor without it: none is named.
 #[test]
-fn without_one_none_is_named() {
+fn without_a_random_effect_none_is_identified() {
     let (motor, runs) = of(&[]);
     let found = diagnose(&runs, &motor, &Options::default()).expect("a diagnosis");
     assert!(found.effects.is_empty(), "{}", found.sentence);

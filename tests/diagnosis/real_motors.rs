@@ -217,10 +217,10 @@ fn steps_of_a_lego_motor_differ_by_direction() {
 /// A gear motor behind a bridge: its documented drop and delay are not named at present. Nothing else may be
 /// asserted.
 #[test]
-fn of_a_staircase_behind_a_bridge_nothing_undocumented_is_asserted() {
+fn a_staircase_behind_a_bridge_has_only_documented_effects() {
     let logs = [log("run_minimal.csv".to_owned(), &[], false)];
     check(
-        "of_a_staircase_behind_a_bridge_nothing_undocumented_is_asserted",
+        "a_staircase_behind_a_bridge_has_only_documented_effects",
         "l298n",
         &logs,
     );
@@ -251,7 +251,7 @@ fn a_servo_lifts_a_load() {
 
 /// Two repetitions of three levels differ by more than the residual of a first-order motor.
 #[test]
-fn a_plain_motor_is_accused_of_nothing() {
+fn a_plain_motor_has_no_false_alarm() {
     let mut logs = Vec::new();
     for repeat in ["first", "second"] {
         for volts in [6, 12, 24] {
@@ -259,15 +259,15 @@ fn a_plain_motor_is_accused_of_nothing() {
             logs.push(log(file, &[&repeat, &volts], volts == 12));
         }
     }
-    check("a_plain_motor_is_accused_of_nothing", "three_levels", &logs);
+    check("a_plain_motor_has_no_false_alarm", "three_levels", &logs);
 }
 
 /// A micro gear motor: its documented dead zone is not named at present. Nothing else may be asserted.
 #[test]
-fn of_a_micromouse_nothing_undocumented_is_asserted() {
+fn a_micromouse_has_only_documented_effects() {
     let logs = [1, 2, 3, 4].map(|k| log(format!("encoders{k}.csv"), &[&k], k % 2 == 0));
     check(
-        "of_a_micromouse_nothing_undocumented_is_asserted",
+        "a_micromouse_has_only_documented_effects",
         "micromouse",
         &logs,
     );
@@ -275,18 +275,14 @@ fn of_a_micromouse_nothing_undocumented_is_asserted() {
 
 /// A brushless motor under a controller: its measured cogging is not named at present.
 #[test]
-fn of_a_slow_turn_nothing_undocumented_is_asserted() {
+fn a_slow_turn_has_only_documented_effects() {
     let logs = [log("slow2_slower_nocomp_0.csv".to_owned(), &[], false)];
-    check(
-        "of_a_slow_turn_nothing_undocumented_is_asserted",
-        "odrive",
-        &logs,
-    );
+    check("a_slow_turn_has_only_documented_effects", "odrive", &logs);
 }
 
 /// A servo that lifts half a kilogram: its load is not named at present.
 #[test]
-fn of_a_loaded_servo_nothing_undocumented_is_asserted() {
+fn a_loaded_servo_has_only_documented_effects() {
     let mut logs = Vec::new();
     for gain in ["kp100", "kp400"] {
         for motion in ["lift_and_drop", "sin_sin", "sin_time_square", "up_and_down"] {
@@ -295,23 +291,19 @@ fn of_a_loaded_servo_nothing_undocumented_is_asserted() {
             logs.push(log(file, &[], is_held));
         }
     }
-    check(
-        "of_a_loaded_servo_nothing_undocumented_is_asserted",
-        "xl330",
-        &logs,
-    );
+    check("a_loaded_servo_has_only_documented_effects", "xl330", &logs);
 }
 
 /// A geared motor whose edges are lost from 10 V on: not named at present. Three of its five recordings, which takes
 /// a minute less.
 #[test]
-fn of_lost_edges_nothing_undocumented_is_asserted() {
+fn lost_edges_have_only_documented_effects() {
     let logs = [(8, 7), (9, 8), (11, 10)].map(|(number, volts)| {
         let file = format!("step_response_v{number}_{volts}V.txt.gz");
         log(file, &[&volts], volts == 8)
     });
     check(
-        "of_lost_edges_nothing_undocumented_is_asserted",
+        "lost_edges_have_only_documented_effects",
         "arm_lost_edges",
         &logs,
     );
@@ -336,8 +328,8 @@ fn motor(name: &str) -> Motor {
 /// a regression of that voltage has 1.2 V per N m of load, 1.06 to 1.3 over all loads and gains. As known
 /// differences, the loads give the same, except the lightest alone: 0.98.
 #[test]
-fn known_loads_tell_what_a_newton_metre_takes() {
-    let name = "known_loads_tell_what_a_newton_metre_takes";
+fn known_loads_identify_the_torque_scale() {
+    let name = "known_loads_identify_the_torque_scale";
     let Some(folder) = support::real_recordings(name) else {
         return;
     };

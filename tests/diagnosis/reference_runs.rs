@@ -82,7 +82,7 @@ fn the_same_motor_twice_is_no_change() {
 
 /// A change is named, with an interval that contains its value, and with the value before.
 #[test]
-fn one_change_is_named_with_what_it_was_and_is() {
+fn one_change_is_named_with_both_values() {
     let changed = |change: &dyn Fn(&mut Motor)| {
         let mut motor = motor();
         change(&mut motor);
@@ -157,7 +157,7 @@ fn one_change_is_named_with_what_it_was_and_is() {
 }
 
 #[test]
-fn the_command_says_both_values_in_every_form() {
+fn the_command_prints_both_values_in_every_format() {
     let directory = tempfile::tempdir().expect("a directory");
     let case = generate(43, &"none".parse().expect("a kind"));
     for (name, k) in [("then.csv", 1), ("now.csv", 2)] {

@@ -7,7 +7,7 @@ use case_generator::generate;
 const HOSTILE: &str = "\"'><script>alert(1)<img src=x onerror=alert(2)>.csv";
 
 #[test]
-fn the_page_leads_with_the_sentence_and_needs_no_network() {
+fn the_page_starts_with_the_sentence_and_needs_no_network() {
     let directory = tempfile::tempdir().expect("a directory");
     let case = generate(3, &"stribeck".parse().expect("a kind"));
     let mut arguments = vec!["diagnose"];
@@ -195,7 +195,7 @@ fn a_bad_recording_has_its_page() {
 
 /// The error is stated once, and the handout's motor is not named if a fit replaces it.
 #[test]
-fn nothing_is_said_twice() {
+fn nothing_is_stated_twice() {
     let directory = tempfile::tempdir().expect("a directory");
     let log = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/tutorial/log.csv");
     let import = ["import", log, "--supply", "12", "-o", "run.csv"];

@@ -73,10 +73,10 @@ fn judged(python: &Path) -> Vec<Judgement> {
 }
 
 #[test]
-fn effects_under_other_laws_are_named() {
+fn effects_under_other_laws_are_identified() {
     let Some(python) = python() else {
         return support::skip(
-            "effects_under_other_laws_are_named",
+            "effects_under_other_laws_are_identified",
             "no Python with SciPy: tests/reference/install makes one",
         );
     };

@@ -123,7 +123,7 @@ fn asymmetry_is_found_in_logged_speeds() {
 
 /// Exponential smoothing in the sketch is the effect `speed_filter`: no other effect is named with confidence.
 #[test]
-fn a_sketchs_smoothing_is_a_filter() {
+fn smoothing_by_a_sketch_is_identified_as_a_filter() {
     for (ts, keeps) in [(0.01, 0.8), (0.02, 0.6)] {
         let (t_s, command, turns) = turns(ts, (24.0 / ts) as usize, 1.0);
         let mut smoothed = 0.0;

@@ -28,7 +28,7 @@ fn diagnosis(seed: u64, kind: &str) -> (Case, Diagnosis) {
 }
 
 #[test]
-fn a_motor_without_an_effect_is_not_accused() {
+fn a_motor_without_an_effect_has_no_false_alarm() {
     let (_, found) = diagnosis(8, "none");
     assert!(found.effects.is_empty(), "{}", found.sentence);
     assert!(matches!(
@@ -38,7 +38,7 @@ fn a_motor_without_an_effect_is_not_accused() {
 }
 
 #[test]
-fn runs_that_say_nothing_are_errors() {
+fn uninformative_runs_are_errors() {
     let motor = Motor::default();
     assert!(matches!(
         diagnose(&[], &motor, &Options::default()),
@@ -83,7 +83,7 @@ fn timed_by_arrival(duration_s: f64) -> Run {
 }
 
 #[test]
-fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
+fn arrival_times_and_their_scatter_name_no_effect() {
     const TIMING: [&str; 3] = ["sample_jitter", "clock_error", "transport_delay"];
     let motor = Motor::default();
     for duration_s in [3.0, 12.0] {
@@ -136,7 +136,7 @@ fn stribeck_friction_is_identified_and_removes_the_error() {
 
 /// In addition to the best pair every other effect is tried.
 #[test]
-fn a_third_effect_is_identified_where_two_leave_much() {
+fn a_third_effect_is_identified_where_two_leave_a_residual() {
     let truth: [(&str, &[f64]); 3] = [
         ("coast_at_zero", &[]),
         ("cogging", &[0.01, 12.0, 1.0]),

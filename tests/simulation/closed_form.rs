@@ -576,7 +576,7 @@ fn static_friction_holds_more_than_it_brakes() {
 }
 
 #[test]
-fn sensors_that_remember() {
+fn sensors_with_memory() {
     let steady = NOMINAL.steady(4.5, 0.0);
     let top = steady * 720.0 / TAU;
     let deaf = run(
@@ -614,7 +614,7 @@ fn sensors_that_remember() {
 }
 
 #[test]
-fn a_late_column_is_the_next_command() {
+fn a_late_command_column_is_the_next_command() {
     // Two samples late: the motor follows the commands two samples ahead, from the start.
     let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
     let late = run(&motor(&[("command_offset", &[2.0 * TS])]), VOLT, &u);
@@ -659,7 +659,7 @@ fn mean_of_pulses(volts: f64, emf: f64, duty: f64, period: f64, into_supply: boo
 }
 
 #[test]
-fn pulses_that_freewheel_have_the_mean_current_of_pulses() {
+fn freewheeling_pulses_have_the_mean_current_of_simulated_pulses() {
     for (period, into_supply) in [(0.5, true), (0.5, false), (6.0, true), (6.0, false)] {
         let kind = f64::from(u8::from(into_supply));
         let pulsed = motor(&[("pwm_freewheel", &[period, kind])]);
@@ -693,7 +693,7 @@ fn pulses_that_freewheel_have_the_mean_current_of_pulses() {
 }
 
 #[test]
-fn a_clutch_that_slips_keeps_momentum() {
+fn a_slipping_clutch_conserves_momentum() {
     // 0.1 N m on 0.001 kg m^2 of which 0.02 N m are transmitted to an equal inertia: 80 and 20 rad/s^2.
     let mut slips = frictionless(&[("slipping_clutch", &[0.02, 0.5])]);
     let hard = run(&slips, TORQUE, &levels(&[0.1, 0.0, 0.0, 0.0]));
@@ -725,7 +725,7 @@ fn a_clutch_that_slips_keeps_momentum() {
 }
 
 #[test]
-fn friction_splits_by_its_weight() {
+fn friction_is_divided_by_its_weight() {
     // A gap that is never crossed: the motor side alone, with 0.6 of the inertia and 0.6 / (0.6 + 4.5 * 0.4) = 0.25
     // of the friction.
     let alone = motor(&[("backlash", &[900.0, 0.4, 0.0, 4.5])]);
@@ -748,7 +748,7 @@ fn friction_splits_by_its_weight() {
 }
 
 #[test]
-fn waves_of_two_orders_are_one_potential() {
+fn cogging_of_two_orders_has_one_potential() {
     // Released without friction, the work of both is that of their sum.
     let (small, fine) = ((0.03, 7.0, 1.1), (0.02, 28.0, 0.4));
     let both = frictionless(&[
@@ -782,7 +782,7 @@ fn waves_of_two_orders_are_one_potential() {
 }
 
 #[test]
-fn none_is_left_out() {
+fn every_effect_has_a_closed_form() {
     let here = include_str!("closed_form.rs");
     let missing: BTreeSet<_> = catalogue()
         .iter()

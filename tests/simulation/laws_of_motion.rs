@@ -93,7 +93,7 @@ fn time_constants_three_decades_apart_follow_the_closed_form() {
 }
 
 #[test]
-fn a_free_pendulum_keeps_its_energy() {
+fn a_free_pendulum_conserves_its_energy() {
     // No friction, open circuit, released at rest: J w^2 / 2 - T cos(theta + phi) is conserved.
     let mut motor = motor(&[("coast_at_zero", &[]), ("gravity_load", &[0.05, 2.5])]);
     motor.parameters.coulomb_friction_nm = 0.0;
@@ -164,7 +164,7 @@ fn the_current_limit_is_never_exceeded() {
 }
 
 #[test]
-fn the_load_stays_between_the_flanks() {
+fn the_load_stays_within_the_backlash() {
     let gap = 0.05;
     let command: Vec<f64> = (0..2000)
         .map(|k| [2.0, -1.0, 0.6, -3.0, 0.0][k / 61 % 5])
@@ -239,7 +239,7 @@ fn any_two_effects_can_be_combined() {
 }
 
 #[test]
-fn uneven_sample_times_read_the_same_motion() {
+fn uneven_sample_times_sample_the_same_motion() {
     // Device times have a jitter of microseconds: the angle at an instant is independent of other samples.
     for effects in [
         &[][..],
@@ -273,7 +273,7 @@ fn uneven_sample_times_read_the_same_motion() {
 }
 
 #[test]
-fn any_set_of_effects_moves_the_same_at_any_step() {
+fn any_set_of_effects_has_the_same_motion_at_any_step() {
     // Random sets of all effects, and all at once; half the sample time halves every step of the engine.
     let n = 500;
     let command: Vec<f64> = (0..n)
@@ -313,7 +313,7 @@ fn any_set_of_effects_moves_the_same_at_any_step() {
 }
 
 #[test]
-fn every_effect_acts_beside_every_other() {
+fn every_pair_of_effects_acts_together() {
     let command: Vec<f64> = (0..600)
         .map(|k| [4.5, -2.0, 0.0, 1.5, -0.3][k / 31 % 5])
         .collect();

@@ -76,7 +76,7 @@ fn check(name: &str, motor: &Motor, model: Model, ids: &[ParameterId]) -> Vec<St
         speed_rad_s,
     };
     let segments = vec![put(180, 1.5, 4.0), put(700, -0.4, -0.7)];
-    let in_segments = simulator.clone().resetting(segments);
+    let in_segments = simulator.clone().with_resets(segments);
     let mut wrong = check_run(name, motor, ids, &simulator);
     wrong.extend(check_run(
         &format!("{name} in segments"),
@@ -279,7 +279,7 @@ fn derivatives_agree_with_differences_of_the_independent_reference() {
 /// Measured times are some microseconds off the grid: samples at which the command changes have the derivatives of
 /// their neighbours.
 #[test]
-fn measured_times_have_the_derivatives_of_even_ones() {
+fn measured_times_have_the_derivatives_of_uniform_ones() {
     let (even_s, command) = drive();
     let t_s: Vec<f64> = even_s
         .iter()

@@ -25,7 +25,7 @@ fn times(command: &[f64]) -> Vec<f64> {
 
 /// Each of these comes to rest exactly at a level, where rounding would alternate sticking and slipping for ever.
 #[test]
-fn a_body_that_creeps_onto_its_level_stays_there() {
+fn a_body_that_approaches_its_equilibrium_stays_there() {
     // Spring (Hz, damping, share of the load, side), b, L, Tf, and the levels.
     let cases = [
         (

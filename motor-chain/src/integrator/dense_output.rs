@@ -163,7 +163,7 @@ mod tests {
     /// An angle that is a polynomial of fourth degree has a speed of third degree: both are exact, and so is their
     /// derivative by the position.
     #[test]
-    fn polynomials_are_met() {
+    fn the_interpolation_is_exact_for_polynomials() {
         let speed = |t: f64| 3.0 + t * (-5.0 + t * (7.0 + 11.0 * t));
         let angle = |t: f64| t * (3.0 + t * (-2.5 + t * (7.0 / 3.0 + 2.75 * t)));
         let acceleration = |t: f64| -5.0 + t * (14.0 + 33.0 * t);

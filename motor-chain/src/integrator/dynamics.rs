@@ -191,7 +191,7 @@ impl<S: Scalar> Machine<S> {
         let electrical = &self.chain.electrical;
         let mut emf = electrical.back_emf_v_s_per_rad * y[W1];
         if let Some(per_w) = electrical.weakening_per_w {
-            emf = emf * electrical.left_when_warm(per_w, y[HEAT]);
+            emf = emf * electrical.hot_magnet_factor(per_w, y[HEAT]);
         }
         if electrical.ripple.is_some() {
             emf * electrical.factor(y[TH1])
@@ -242,7 +242,7 @@ impl<S: Scalar> Machine<S> {
         let electrical = &self.chain.electrical;
         let mut torque = electrical.torque_constant_nm_per_a * self.current(m, y);
         if let Some(per_w) = electrical.weakening_per_w {
-            torque = torque * electrical.left_when_warm(per_w, y[HEAT]);
+            torque = torque * electrical.hot_magnet_factor(per_w, y[HEAT]);
         }
         if electrical.ripple.is_some() {
             torque * electrical.factor(y[TH1])
@@ -314,7 +314,7 @@ impl<S: Scalar> Machine<S> {
     /// Whether both sides move together.
     #[inline(always)]
     pub(crate) fn joined(&self, m: &Mode<S>) -> bool {
-        self.welds && m.contact.meets()
+        self.welds && m.contact.is_in_contact()
     }
 
     /// Friction torque against the slip of a side (0 or 1; a rigid motor has all of it on side 0).

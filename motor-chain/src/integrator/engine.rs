@@ -429,7 +429,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         };
         let key = Key {
             flow: m.flow,
-            touching: m.contact.meets(),
+            touching: m.contact.is_in_contact(),
             sticks: [m.slip[0] == 0.0, m.slip[1] == 0.0],
             directions,
             added_resistance: self.machine.added_resistance.value(),
@@ -437,7 +437,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         // All modes of a key are affine, or none is.
         self.straight = self.machine.straight::<N>(m);
         self.step_tables
-            .take_up(key, self.straight, || self.machine.matrix(m));
+            .select(key, self.straight, || self.machine.matrix(m));
         self.constant = self.machine.constant(m);
         self.forced = [None; FINEST + 2];
     }

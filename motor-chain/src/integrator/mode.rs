@@ -47,7 +47,7 @@ impl Contact {
 
     /// Whether the sides are in contact: at a flank, or in a gripping clutch.
     #[inline(always)]
-    pub(crate) fn meets(self) -> bool {
+    pub(crate) fn is_in_contact(self) -> bool {
         matches!(self, Self::Upper | Self::Lower | Self::Gripped)
     }
 

@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_step_leaves_out_is_nought() {
+    fn terms_skipped_by_a_step_are_zero() {
         let mut curved = 0;
         let sets = catalogue().iter().flat_map(|kind| {
             ["cogging", "backlash", "load_friction", "torque_ripple"].map(|other| [kind.id, other])

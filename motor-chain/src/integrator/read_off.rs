@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_that_are_kept_are_those_worked_out_anew() {
+    fn cached_rates_equal_recomputed_ones() {
         for effect in catalogue() {
             let mut motor = Motor::default();
             let active = ActiveEffect::from_keys(effect.id, [], &motor.parameters).unwrap();

@@ -129,15 +129,6 @@ impl Schedule {
         self
     }
 
-    /// Increases the speed of the restart at a sample by this amount (rad/s). Returns whether there is one.
-    pub(crate) fn make_faster(&mut self, sample: usize, by_rad_s: f64) -> bool {
-        let found = (self.resets).binary_search_by_key(&sample, |reset| reset.sample);
-        if let Ok(k) = found {
-            self.resets[k].speed_rad_s += by_rad_s;
-        }
-        found.is_ok()
-    }
-
     /// Sets the omitted intervals.
     pub(crate) fn with_skipped(mut self, skipped: Vec<Skipped>) -> Self {
         self.skipped = skipped;
@@ -168,7 +159,7 @@ impl Schedule {
 
     /// Takes the steps of the run that it was cut from, whose mean sample time is the same, so that both share their
     /// matrices.
-    pub(crate) fn stepping_as(mut self, run: &Self) -> Self {
+    pub(crate) fn with_steps_of(mut self, run: &Self) -> Self {
         if self.steps_per_sample == run.steps_per_sample {
             self.step_s = run.step_s;
         }
@@ -356,7 +347,7 @@ mod tests {
             for (from, to) in [(0, 333), (333, 666), (1801, 1951)] {
                 let segment = schedule(&t_s[from..to]);
                 differ |= segment.step_s != run.step_s;
-                let segment = segment.stepping_as(&run);
+                let segment = segment.with_steps_of(&run);
                 assert_eq!(segment.step_s, run.step_s);
                 assert_eq!(segment.steps_per_sample, run.steps_per_sample);
                 let tick_s = run.step_s / TICKS as f64;
@@ -369,11 +360,11 @@ mod tests {
         // A uniform segment of a non-uniform run.
         let segment = schedule(&even[..100]);
         let step_s = segment.step_s;
-        assert_eq!(segment.stepping_as(&schedule(&uneven)).step_s, step_s);
+        assert_eq!(segment.with_steps_of(&schedule(&uneven)).step_s, step_s);
     }
 
     #[test]
-    fn a_sample_time_that_is_a_little_long_does_not_halve_the_steps() {
+    fn a_sample_time_slightly_above_a_step_does_not_halve_the_steps() {
         let steps = |sample_time_s: f64| {
             let t_s: Vec<f64> = (0..100).map(|k| f64::from(k) * sample_time_s).collect();
             let drive = Drive {

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn cruising_changes_no_bit() {
+    fn steady_steps_change_no_bit() {
         let mut sets: Vec<Vec<&str>> = catalogue().iter().map(|kind| vec![kind.id]).collect();
         sets.extend([vec![], vec!["voltage_drop", "current_limit", "inertia"]]);
         sets.push(vec!["backlash", "asymmetric_friction", "load_friction"]);
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_off_in_a_row_is_what_is_read_off_one_by_one() {
+    fn samples_read_together_equal_samples_read_singly() {
         for set in catalogue().iter().map(|kind| [kind.id]) {
             let mut motor = Motor::default();
             let effect = ActiveEffect::from_keys(set[0], [], &motor.parameters).unwrap();

@@ -61,7 +61,7 @@ impl<S: Scalar, const N: usize> StepTables<S, N> {
 
     /// Selects the step table of this key, for affine equations or not; `matrix` is called if the machine has not
     /// used it.
-    pub fn take_up(&mut self, key: Key, is_affine: bool, matrix: impl FnOnce() -> Matrix<S, N>) {
+    pub fn select(&mut self, key: Key, is_affine: bool, matrix: impl FnOnce() -> Matrix<S, N>) {
         if let Some(at) = self.known.iter().position(|known| known.key == Some(key)) {
             self.at = at;
             return;
@@ -106,12 +106,12 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_takes_over_step_tables_of_the_same_matrices_and_steps_and_no_others() {
+    fn step_tables_are_reused_only_for_the_same_matrices_and_steps() {
         let mut step_tables = StepTables::<f64, 1>::new(0.003);
         let mut made = Vec::new();
-        let mut take_up =
+        let mut select =
             |step_tables: &mut StepTables<f64, 1>, r: f64, rate: f64, is_affine: bool| {
-                step_tables.take_up(key(r), is_affine, || [[-rate]]);
+                step_tables.select(key(r), is_affine, || [[-rate]]);
                 let step_table = step_tables.in_force();
                 assert_eq!(step_table.a, [[-rate]]);
                 let place: *const _ = step_table.matrices(0);
@@ -119,30 +119,30 @@ mod tests {
                 made.push(place);
                 is_new
             };
-        assert!(take_up(&mut step_tables, 0.0, 5.0, true));
-        assert!(take_up(&mut step_tables, 1.0, 7.0, true));
-        assert!(!take_up(&mut step_tables, 0.0, 5.0, true));
+        assert!(select(&mut step_tables, 0.0, 5.0, true));
+        assert!(select(&mut step_tables, 1.0, 7.0, true));
+        assert!(!select(&mut step_tables, 0.0, 5.0, true));
         // The same matrices under other keys.
         step_tables.restart(0.003);
-        assert!(!take_up(&mut step_tables, 0.5, 7.0, true));
-        assert!(!take_up(&mut step_tables, 0.0, 5.0, true));
-        assert!(take_up(&mut step_tables, 2.0, 5.0, false));
+        assert!(!select(&mut step_tables, 0.5, 7.0, true));
+        assert!(!select(&mut step_tables, 0.0, 5.0, true));
+        assert!(select(&mut step_tables, 2.0, 5.0, false));
         assert_eq!(step_tables.known.len(), 3);
         // The same key with different matrices and steps.
         step_tables.restart(0.003);
-        assert!(take_up(&mut step_tables, 0.0, 6.0, true));
+        assert!(select(&mut step_tables, 0.0, 6.0, true));
         step_tables.restart(0.03);
         assert!(step_tables.known.is_empty());
-        step_tables.take_up(key(0.0), true, || [[-6.0]]);
+        step_tables.select(key(0.0), true, || [[-6.0]]);
         let e = step_tables.in_force().matrices(0).e[0][0];
         assert!((e - (-0.18_f64).exp()).abs() < 1e-12, "{e}");
     }
 
     #[test]
-    fn the_oldest_go_first() {
+    fn the_oldest_tables_are_evicted_first() {
         let mut step_tables = StepTables::<f64, 1>::new(0.003);
         for k in 0..=MOST {
-            step_tables.take_up(key(k as f64), true, || [[-1.0 - k as f64]]);
+            step_tables.select(key(k as f64), true, || [[-1.0 - k as f64]]);
         }
         assert_eq!(step_tables.known.len(), MOST);
         assert!(

@@ -101,7 +101,7 @@ impl<S: Scalar> Electrical<S> {
 
     /// Factor of a warm magnet on both motor constants.
     #[inline(always)]
-    pub(crate) fn left_when_warm(&self, per_w: S, loss_w: S) -> S {
+    pub(crate) fn hot_magnet_factor(&self, per_w: S, loss_w: S) -> S {
         -(per_w * loss_w) + 1.0
     }
 
@@ -110,7 +110,7 @@ impl<S: Scalar> Electrical<S> {
     pub(crate) fn mean_loss(&self, kind: CommandKind, means: [f64; 3], before_w: S) -> S {
         let [command, both, speed] = means;
         let weak = match self.weakening_per_w {
-            Some(per_w) => self.left_when_warm(per_w, before_w),
+            Some(per_w) => self.hot_magnet_factor(per_w, before_w),
             None => S::from(1.0),
         };
         let squared_current = match kind {

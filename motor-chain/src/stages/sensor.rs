@@ -356,7 +356,7 @@ mod tests {
 
     /// Inverse and forward, for eccentric encoders with other counts than stated.
     #[test]
-    fn the_shaft_is_where_the_encoder_says() {
+    fn the_encoder_reads_the_shafts_position() {
         let stated = 720.0;
         let sensor = |amplitude_rad: f64| Sensor {
             eccentricity: Some((amplitude_rad, 1.3)),
@@ -364,17 +364,17 @@ mod tests {
         };
         for amplitude_rad in [0.0, 0.02, 0.6, 0.99] {
             let sensor = sensor(amplitude_rad);
-            for said_rad in [-40.0, -0.3, 0.0, 2.0, 17.0] {
-                let (angle, speed) = sensor.shaft(stated, said_rad, 5.0);
-                let said = sensor.unrounded(angle) * std::f64::consts::TAU / stated;
+            for shaft_rad in [-40.0, -0.3, 0.0, 2.0, 17.0] {
+                let (angle, speed) = sensor.shaft(stated, shaft_rad, 5.0);
+                let read_rad = sensor.unrounded(angle) * std::f64::consts::TAU / stated;
                 assert!(
-                    (said - said_rad).abs() < 1e-9,
-                    "{amplitude_rad} {said_rad}: {said}"
+                    (read_rad - shaft_rad).abs() < 1e-9,
+                    "{amplitude_rad} {shaft_rad}: {read_rad}"
                 );
-                let said = sensor.rate(angle, speed) * std::f64::consts::TAU / stated;
+                let read_rad = sensor.rate(angle, speed) * std::f64::consts::TAU / stated;
                 assert!(
-                    (said - 5.0).abs() < 1e-9,
-                    "{amplitude_rad} {said_rad}: {said}"
+                    (read_rad - 5.0).abs() < 1e-9,
+                    "{amplitude_rad} {shaft_rad}: {read_rad}"
                 );
             }
         }

@@ -134,7 +134,7 @@ mod tests {
 
     /// One pair with a large difference does not determine the result.
     #[test]
-    fn one_outlying_repeat_does_not_decide() {
+    fn one_outlying_repeat_does_not_set_the_floor() {
         let a = recording(&Motor::default(), 500);
         let mut odd = a.clone();
         for (k, count) in odd.counts.iter_mut().enumerate() {

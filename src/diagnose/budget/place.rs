@@ -64,7 +64,7 @@ mod tests {
 
     /// Shares are those of the squares above the floor, and their sum is 1.
     #[test]
-    fn shares_are_those_of_the_squares() {
+    fn shares_are_those_of_the_squared_residuals() {
         let run = recording(&Motor::default(), 500);
         let segments =
             Segments::new(&[run], &Motor::default(), &Settings::default()).expect("a run");

@@ -37,7 +37,7 @@ pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync
     kinds
         .par_iter()
         .map(|kind| {
-            let rms_counts = left(motor, kind, runs, &settings)?;
+            let rms_counts = residual(motor, kind, runs, &settings)?;
             let effect = kind.id;
             Some(Beyond { effect, rms_counts })
         })
@@ -47,7 +47,7 @@ pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync
 }
 
 /// Residual of re-identified parameters for recordings with an effect; `None` if it cannot be simulated.
-fn left(motor: &Motor, kind: &EffectKind, runs: &[Run], settings: &Settings) -> Option<f64> {
+fn residual(motor: &Motor, kind: &EffectKind, runs: &[Run], settings: &Settings) -> Option<f64> {
     let mut with = motor.clone();
     let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters).ok()?;
     with.effects.set(effect);
@@ -95,7 +95,7 @@ mod tests {
 
     /// For a step to one voltage, a voltage drop is equivalent to another friction; a compliance is not.
     #[test]
-    fn parameters_imitate_a_voltage_drop_and_no_compliance() {
+    fn parameters_compensate_a_voltage_drop_but_no_compliance() {
         let motor = Motor::default();
         let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
         let profile = Profile::built_in("step", 4.5, 1.8).expect("built in");

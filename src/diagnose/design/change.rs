@@ -36,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn changes_have_one_digit_and_are_known_differences() {
+    fn proposed_changes_have_one_digit_and_are_known_differences() {
         for (value, short) in [
             (0.002_19, 0.002),
             (0.0945, 0.09),

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::planned::{Errors, Planned, Sampling, View};
+use super::planned::{Errors, Planned, Prediction, Sampling};
 use crate::board::Profile;
 use crate::diagnose::model::{BASE, Base, Member, Model};
 use crate::diagnose::noise::Noise;
@@ -114,19 +114,19 @@ pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> O
     }
     let (made, all) = (AtomicUsize::new(0), truths.len() + rivals.len());
     let one_more = || done((made.fetch_add(1, Ordering::Relaxed) + 1) as f64 / all as f64);
-    let views: Vec<Option<View>> = (truths.par_iter())
-        .map(|(model, x)| planned.view((model, x), None))
+    let predictions: Vec<Option<Prediction>> = (truths.par_iter())
+        .map(|(model, x)| planned.prediction((model, x), None))
         .inspect(|_| one_more())
         .collect();
     // One rival at a time: its columns are large.
     let columns: Vec<(usize, Vec<f64>)> = (rivals.par_iter())
         .map(|(column, (model, x))| {
-            let rival = planned.view((model, x), Some(&model.precision));
-            let from = |truth: &Option<View>| match (truth, &rival) {
+            let rival = planned.prediction((model, x), Some(&model.precision));
+            let from = |truth: &Option<Prediction>| match (truth, &rival) {
                 (Some(truth), Some(rival)) => planned.separation(truth, rival),
                 _ => f64::INFINITY,
             };
-            (*column, views.iter().map(from).collect())
+            (*column, predictions.iter().map(from).collect())
         })
         .inspect(|_| one_more())
         .collect();
@@ -265,7 +265,7 @@ mod tests {
     /// In one direction at one level `Kt/R (u - Vd - Kb w) - Tf` has one constant: a voltage drop is friction. A dead
     /// zone below the level, and coasting at 0 V, have no influence.
     #[test]
-    fn one_step_does_not_separate_what_theory_says_it_does_not() {
+    fn one_step_does_not_separate_theoretically_inseparable_effects() {
         let step = matrix("step", 0.03);
         let least = step.tie_below;
         assert!(between(&step, "voltage_drop", "coulomb_friction") < least);

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::change::known_changes;
-use super::planned::{Errors, Planned, Sampling, View};
+use super::planned::{Errors, Planned, Prediction, Sampling};
 use crate::board::Profile;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Noise;
@@ -200,17 +200,20 @@ impl Bench<'_> {
         let motor = best.model.motor(&best.x);
         let planned = Planned::new(base, &motor, &profile, self.at, self.errors(), change)?;
         let judge = &self.searched.found.judge;
-        let view = |(set, _): &(&Scored, f64)| {
+        let prediction = |(set, _): &(&Scored, f64)| {
             let Scored {
                 fit, likelihood, ..
             } = set;
             let numbers = (&fit.model, fit.x.as_slice());
             match judge.is_likelihood {
-                true => planned.view(numbers, Some(&likelihood.optimum.hessian)),
-                false => planned.view(numbers, Some(&scale_free(base, fit, judge.n_eff).hessian)),
+                true => planned.prediction(numbers, Some(&likelihood.optimum.hessian)),
+                false => {
+                    planned.prediction(numbers, Some(&scale_free(base, fit, judge.n_eff).hessian))
+                }
             }
         };
-        let views: Vec<View> = self.sets.iter().map(view).collect::<Option<_>>()?;
+        let predictions: Vec<Prediction> =
+            self.sets.iter().map(prediction).collect::<Option<_>>()?;
         self.searched
             .segments
             .work
@@ -218,7 +221,7 @@ impl Bench<'_> {
         let ids: Vec<Vec<&str>> = self.sets.iter().map(|set| set.0.fit.ids()).collect();
         let one_way = |truth: usize, rival: usize| match contains(&ids[rival], &ids[truth]) {
             true => f64::INFINITY,
-            false => planned.separation(&views[truth], &views[rival]),
+            false => planned.separation(&predictions[truth], &predictions[rival]),
         };
         let both = |(i, j)| f64::min(one_way(i, j), one_way(j, i));
         Some(pairs(self.sets.len()).map(both).collect())

@@ -46,7 +46,7 @@ pub(super) struct Planned {
 
 /// A model's prediction of a planned run, in units of the error.
 #[derive(Debug)]
-pub(super) struct View {
+pub(super) struct Prediction {
     prediction: Vec<f64>,
     columns: Vec<Vec<f64>>,
     /// Of `J'J + P`; `None` for a model that is used as the truth only.
@@ -128,11 +128,11 @@ impl Planned {
     }
 
     /// A model with this precision of its parameters, or one that is used as the truth only.
-    pub fn view(
+    pub fn prediction(
         &self,
         (model, x): (&Model, &[f64]),
         precision: Option<&DMatrix<f64>>,
-    ) -> Option<View> {
+    ) -> Option<Prediction> {
         let motor = model.motor(x);
         let (prediction, mut columns) = match precision {
             Some(_) => sensitivities(&self.segments, model, x)?,
@@ -154,7 +154,7 @@ impl Planned {
             Some(precision) => Some(solver(&columns, precision)?),
             None => None,
         };
-        Some(View {
+        Some(Prediction {
             prediction: self.measured(&prediction),
             solver,
             columns,
@@ -173,7 +173,7 @@ impl Planned {
             ..known.clone()
         }))?;
         let simulator = segments.runs[0].simulator.clone();
-        segments.runs[0].simulator = simulator.knowing(known);
+        segments.runs[0].simulator = simulator.with_known(known);
         Some(segments)
     }
 
@@ -193,18 +193,23 @@ impl Planned {
     }
 
     /// The separation of a truth from a rival in standard deviations.
-    pub fn separation(&self, truth: &View, rival: &View) -> f64 {
+    pub fn separation(&self, truth: &Prediction, rival: &Prediction) -> f64 {
         let pairs = truth.prediction.iter().zip(&rival.prediction);
         let difference: Vec<f64> = pairs.map(|(x, y)| x - y).collect();
-        let left = left_after(&difference, &rival.columns, rival.solver.as_ref());
-        left.hypot(self.scatter(truth, rival).sqrt())
+        let residual = residual_norm(&difference, &rival.columns, rival.solver.as_ref());
+        residual.hypot(self.scatter(truth, rival).sqrt())
     }
 
     /// Contribution of the variances: twice the Kullback-Leibler divergence of the innovations.
-    fn scatter(&self, truth: &View, rival: &View) -> f64 {
+    fn scatter(&self, truth: &Prediction, rival: &Prediction) -> f64 {
         let (None, None) = (&truth.variances, &rival.variances) else {
             let plain: Vec<f64> = self.whitener.iter().flat_map(Whitener::variances).collect();
-            let of = |view: &View| view.variances.clone().unwrap_or_else(|| plain.clone());
+            let of = |prediction: &Prediction| {
+                prediction
+                    .variances
+                    .clone()
+                    .unwrap_or_else(|| plain.clone())
+            };
             let ratios = of(truth).into_iter().zip(of(rival));
             let known = ratios.filter(|(_, r)| *r > 0.0).map(|(s, r)| s / r);
             return known.map(|rho| rho - 1.0 - rho.ln()).sum::<f64>().max(0.0);
@@ -220,7 +225,7 @@ fn solver(columns: &[Vec<f64>], precision: DMatrix<f64>) -> Option<Cholesky<f64,
 }
 
 /// Norm of a difference after a fit of the parameters of some columns.
-fn left_after(
+fn residual_norm(
     difference: &[f64],
     columns: &[Vec<f64>],
     solver: Option<&Cholesky<f64, Dyn>>,
@@ -288,13 +293,13 @@ mod tests {
     #[test]
     fn free_parameters_reduce_the_separation() {
         let columns = [vec![1.0, 0.0, 0.0], vec![0.0, 1.0, 0.0]];
-        let left = |precision: f64| {
+        let residual = |precision: f64| {
             let known = DMatrix::from_diagonal_element(2, 2, precision);
             let solver = solver(&columns, known);
-            left_after(&[3.0, 4.0, 12.0], &columns, solver.as_ref())
+            residual_norm(&[3.0, 4.0, 12.0], &columns, solver.as_ref())
         };
-        assert!((left(0.0) - 12.0).abs() < 1e-6);
-        assert!((left(1e12) - 13.0).abs() < 1e-6);
-        assert!((left(3.0) - (144.0_f64 + 25.0 * 0.75).sqrt()).abs() < 1e-9);
+        assert!((residual(0.0) - 12.0).abs() < 1e-6);
+        assert!((residual(1e12) - 13.0).abs() < 1e-6);
+        assert!((residual(3.0) - (144.0_f64 + 25.0 * 0.75).sqrt()).abs() < 1e-9);
     }
 }

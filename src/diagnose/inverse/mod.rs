@@ -116,7 +116,7 @@ mod tests {
 
     /// For a recording of the nominal motor the regression gives its parameters.
     #[test]
-    fn a_plain_motor_has_its_own_parameters() {
+    fn base_parameters_of_a_plain_motor_are_its_parameters() {
         let run = recording(&Motor::default(), 3000);
         let prepared =
             Prepared::new(&[run], &Motor::default(), &Settings::default(), false).expect("a run");
@@ -127,7 +127,7 @@ mod tests {
 
     /// Counts that fall under a positive command are no friction: there is no result.
     #[test]
-    fn a_reversed_motor_has_no_own_part() {
+    fn a_reversed_motor_has_no_separate_part() {
         let mut run = recording(&Motor::default(), 1000);
         run.counts.iter_mut().for_each(|count| *count = -*count);
         let prepared =

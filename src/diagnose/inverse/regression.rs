@@ -67,7 +67,7 @@ impl Normal {
     }
 }
 
-fn left_by(columns: &[Vec<f64>], rows: &[Row], coefficients: &[f64]) -> Vec<f64> {
+fn residuals(columns: &[Vec<f64>], rows: &[Row], coefficients: &[f64]) -> Vec<f64> {
     (columns.iter().zip(rows))
         .map(|(x, row)| row.command - x.iter().zip(coefficients).map(|(x, c)| x * c).sum::<f64>())
         .collect()
@@ -79,7 +79,7 @@ pub(super) fn robust_weights(rows: &[Row], alone: &[Vec<f64>]) -> Vec<f64> {
     let mut weight = vec![1.0; rows.len()];
     for _ in 0..REWEIGHTED {
         let coefficients = Normal::of(alone, rows, &weight).solved(&vec![true; alone[0].len()]);
-        let left = left_by(alone, rows, &coefficients);
+        let left = residuals(alone, rows, &coefficients);
         let mut sizes: Vec<f64> = left.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let sigma = sizes[sizes.len() / 2] / MEDIAN_SIZE + f64::MIN_POSITIVE;

@@ -25,7 +25,7 @@ pub(super) const INDUCTANCE: usize = 4;
 /// Index of the one that is identifiable only with a known torque.
 pub(super) const TORQUE_CONSTANT: usize = 5;
 /// Effects that widen the prior of a base parameter, with its index.
-const FREEING: [(&str, usize); 3] = [
+const WIDENING: [(&str, usize); 3] = [
     (ids::INERTIA, INERTIA),
     (ids::COULOMB_FRICTION, COULOMB),
     (ids::VISCOUS_FRICTION, VISCOUS),
@@ -73,7 +73,7 @@ impl Base {
 }
 
 pub(super) fn freed_by(id: &str) -> Option<usize> {
-    let found = FREEING.iter().find(|(freeing, _)| *freeing == id);
+    let found = WIDENING.iter().find(|(widening, _)| *widening == id);
     found.map(|(_, number)| *number)
 }
 

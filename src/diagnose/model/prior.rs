@@ -51,7 +51,7 @@ pub(crate) fn freed_width(base: &Base, index: usize, number: usize) -> f64 {
 }
 
 /// Deviation of the base parameter that an effect widens.
-fn freed(base: &Base, members: &[Member], number: usize) -> Option<f64> {
+fn widened(base: &Base, members: &[Member], number: usize) -> Option<f64> {
     let freeing = members
         .iter()
         .find(|member| base.frees(member.id()) == Some(number));
@@ -68,7 +68,7 @@ pub(super) fn since(
 ) -> DMatrix<f64> {
     let mut covariance = then.prior(base.settings.same_axis);
     for (k, &number) in used.iter().enumerate() {
-        covariance[(k, k)] += freed(base, members, number).unwrap_or(0.0).powi(2);
+        covariance[(k, k)] += widened(base, members, number).unwrap_or(0.0).powi(2);
     }
     covariance
 }
@@ -93,7 +93,7 @@ pub(super) fn tolerances(base: &Base, members: &[Member], used: &[usize]) -> Tol
         held(torque_constant, &|k| moves(k).1, "torque_constant_nm_per_a"),
     ];
     for (k, &number) in used.iter().enumerate() {
-        let (own, is_assumed) = match freed(base, members, number) {
+        let (own, is_assumed) = match widened(base, members, number) {
             Some(width) => (width, false),
             None => tolerance(base, BASE[number]),
         };

@@ -118,7 +118,7 @@ mod tests {
 
     /// Stated tolerances have the normal distribution of the covariance.
     #[test]
-    fn what_is_stated_is_normal() {
+    fn stated_values_have_normal_priors() {
         let off = DVector::from_vec(vec![0.2, -0.1]);
         let covariance = DMatrix::from_row_slice(2, 2, &[0.005, 0.0025, 0.0025, 0.005]);
         let precision = covariance.try_inverse().expect("two numbers");
@@ -131,7 +131,7 @@ mod tests {
 
     /// One parameter with a separate tolerance has the cost of Student's t: ln(1 + z^2).
     #[test]
-    fn what_is_assumed_has_long_tails() {
+    fn assumed_values_have_heavy_tails() {
         let alone = Tolerances::new(1, vec![(vec![0.05], true)]);
         for z in [0.1, 1.0, 3.0, 10.0] {
             let cost = alone.cost(&DVector::from_element(1, 0.05 * z));

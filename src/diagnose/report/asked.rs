@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_named_and_quoted_and_others_stand_for_themselves() {
+    fn file_names_are_quoted_and_other_arguments_are_printed_unchanged() {
         let named = |path: &str| Run {
             path: Some(path.into()),
             ..Run::default()

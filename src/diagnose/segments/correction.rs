@@ -96,7 +96,7 @@ mod tests {
     /// An offset and an error of the initial speed within their standard deviations are reduced to a tenth; a
     /// residual orthogonal to them is unchanged.
     #[test]
-    fn initial_state_errors_are_removed_and_other_errors_pass() {
+    fn the_correction_removes_only_initial_state_errors() {
         let run = recording(&Motor::default(), 2000);
         let segments =
             Segments::new(&[run], &Motor::default(), &Settings::default()).expect("a run");

@@ -13,7 +13,7 @@ use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::solver::LAST_DIGITS;
 
 /// Whether a command depends on the counts read at the same sample.
-pub(super) fn answers_to_motion(command: &[f64], counts: &[f64], settings: &Settings) -> bool {
+pub(super) fn depends_on_motion(command: &[f64], counts: &[f64], settings: &Settings) -> bool {
     let past_samples = settings.feedback_samples;
     let n = command.len().min(counts.len());
     if n <= 4 * past_samples {
@@ -73,7 +73,7 @@ mod tests {
     /// A position loop computes each command from the counts that it has just read; the same command played from a
     /// table is open loop for another motor.
     #[test]
-    fn a_position_loop_answers_and_a_profile_does_not() {
+    fn a_position_loop_is_closed_loop_and_a_profile_is_not() {
         let settings = Settings::default();
         let mut command: Vec<f64> = Vec::new();
         for k in 0..600 {
@@ -82,13 +82,13 @@ mod tests {
             let now = *counts_of(&command).last().expect("a sample");
             *command.last_mut().expect("a sample") = (0.05 * (goal - now)).clamp(-4.5, 4.5);
         }
-        assert!(answers_to_motion(&command, &counts_of(&command), &settings));
+        assert!(depends_on_motion(&command, &counts_of(&command), &settings));
         let run = recording(&Motor::default(), 1500);
         let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
-        assert!(!answers_to_motion(&run.command, &counts, &settings));
+        assert!(!depends_on_motion(&run.command, &counts, &settings));
         let chirp: Vec<f64> = (0..1500)
             .map(|k| 4.0 * (1e-5 * f64::from(k).powi(2)).sin())
             .collect();
-        assert!(!answers_to_motion(&chirp, &counts_of(&chirp), &settings));
+        assert!(!depends_on_motion(&chirp, &counts_of(&chirp), &settings));
     }
 }

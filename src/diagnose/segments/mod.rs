@@ -265,7 +265,7 @@ mod tests {
     /// A command that steps at uniform cuts: with moved cuts the true motor leaves quantization, 1/sqrt(12) = 0.29
     /// counts, and with cuts at the steps 0.45, since the initial speed cannot be measured there.
     #[test]
-    fn the_motor_itself_leaves_quantization_where_commands_step_at_cuts() {
+    fn residuals_of_the_true_motor_are_quantization_with_steps_at_cuts() {
         let motor = Motor::default();
         let command: Vec<f64> = (0..1500)
             .map(|k| if (k / 250) % 2 == 0 { 4.5 } else { -4.5 })

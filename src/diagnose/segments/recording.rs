@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::feedback::answers_to_motion;
+use super::feedback::depends_on_motion;
 use crate::check::host_clock::host_clock;
 use crate::check::off_under_command;
 use crate::diagnose::noise::Noise;
@@ -90,12 +90,12 @@ impl Recording {
             kind: run.command_kind,
         };
         let simulator = Simulator::new(&drive, Model::SecondOrder)?
-            .knowing(run.known.clone())
-            .filtering_samples(run.is_integrated_backward());
+            .with_known(run.known.clone())
+            .with_sample_filter(run.is_integrated_backward());
         let half_turn = 0.5 * run.counts_per_rev;
         let first_speed = first_speed(&run.t_s, &command, &counts, run.counts_per_rev);
         Ok(Self {
-            is_closed_loop: answers_to_motion(&command, &counts, settings),
+            is_closed_loop: depends_on_motion(&command, &counts, settings),
             is_integrated: run.is_integrated(),
             is_integrated_backward: run.is_integrated_backward(),
             speed_resolution: run.speed_resolution_counts_s(),
@@ -132,11 +132,11 @@ impl Recording {
         let mut resets = resets.into_iter();
         if let Some(first) = resets.next() {
             self.continuous =
-                (self.continuous.clone()).starting(first.angle_rad, first.speed_rad_s);
+                (self.continuous.clone()).with_start(first.angle_rad, first.speed_rad_s);
             let resets: Vec<Reset> = resets.collect();
             self.simulator = (self.simulator.clone())
-                .starting(first.angle_rad, first.speed_rad_s)
-                .resetting(resets);
+                .with_start(first.angle_rad, first.speed_rad_s)
+                .with_resets(resets);
         }
         self.restarts = samples;
     }

@@ -244,10 +244,10 @@ impl Cut {
         let first = resets[0];
         let restarts = resets.iter().map(|reset| reset.sample).collect();
         let simulator = Simulator::new(&drive, Model::SecondOrder)?
-            .cut_from(&whole.simulator)
-            .starting(first.angle_rad, first.speed_rad_s)
-            .resetting(resets)
-            .skipping(skipped);
+            .with_steps_of(&whole.simulator)
+            .with_start(first.angle_rad, first.speed_rad_s)
+            .with_resets(resets)
+            .with_skipped(skipped);
         let recording = Recording {
             t_s: of(&whole.t_s),
             counts: of(&whole.counts),
@@ -255,8 +255,8 @@ impl Cut {
             moving: picked.iter().map(|k| whole.moving[*k]).collect(),
             command: command.clone(),
             continuous: Simulator::new(&drive, Model::SecondOrder)?
-                .cut_from(&whole.continuous)
-                .starting(first.angle_rad, first.speed_rad_s),
+                .with_steps_of(&whole.continuous)
+                .with_start(first.angle_rad, first.speed_rad_s),
             simulator,
             restarts,
             off: Vec::new(),
@@ -355,7 +355,7 @@ mod tests {
 
     /// Long runs of one level, and short ones with a unique level each.
     #[test]
-    fn a_quick_answer_has_every_run_and_every_command_level() {
+    fn a_quick_subset_has_every_run_and_every_command_level() {
         let settings = Settings::default();
         let long = run(&[4.5; 60]);
         let runs = [

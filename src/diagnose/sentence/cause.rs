@@ -6,26 +6,26 @@ use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_BESIDE, MENTIONED_FROM, STATED};
 use crate::motor::catalogue::find;
 
-pub(super) fn cause(said: &Diagnosis, settings: &Settings) -> String {
-    let p = probability(said.probability);
-    let parameters = || percent(share_of(said, "parameters").max(0.0));
-    match said.verdict {
+pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
+    let p = probability(diagnosis.probability);
+    let parameters = || percent(share_of(diagnosis, "parameters").max(0.0));
+    match diagnosis.verdict {
         Verdict::BadRecording => String::new(),
-        Verdict::NoGap if said.probability >= settings.confident => {
+        Verdict::NoGap if diagnosis.probability >= settings.confident => {
             format!("No effect is needed: P(no effect is present) {p}.")
         }
         Verdict::NoGap => format!(
             "No effect is identified at this noise floor: P(no effect is present) {p}.{}",
-            candidates(said)
+            candidates(diagnosis)
         ),
         Verdict::NoChange => {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
-        Verdict::Parameters if said.probability < settings.identified => format!(
+        Verdict::Parameters if diagnosis.probability < settings.identified => format!(
             "Re-identified parameters remove {} of {ABOVE_FLOOR}, but P(no effect is present) {p}.{}{}",
             parameters(),
-            candidates(said),
-            unconfirmed(said, settings)
+            candidates(diagnosis),
+            unconfirmed(diagnosis, settings)
         ),
         Verdict::Parameters => format!(
             "Re-identified parameters explain the error: they remove {} of {ABOVE_FLOOR}; P(no effect is present) {p}.",
@@ -33,21 +33,21 @@ pub(super) fn cause(said: &Diagnosis, settings: &Settings) -> String {
         ),
         Verdict::OutsideCatalogue => format!(
             "No effect of the catalogue is identified: P(no effect of the catalogue is present) {p}.{}",
-            candidates(said)
+            candidates(diagnosis)
         ),
         Verdict::Ambiguous => format!(
             "P(an effect is present) {p}, but none is identified.{}{}",
-            candidates(said),
-            unconfirmed(said, settings)
+            candidates(diagnosis),
+            unconfirmed(diagnosis, settings)
         ),
         Verdict::Effect | Verdict::Partial => {
-            format!("{}{}", identified(said, &p), also(said))
+            format!("{}{}", identified(diagnosis, &p), also(diagnosis))
         }
     }
 }
 
-fn share_of(said: &Diagnosis, step: &str) -> f64 {
-    let found = said.budget.iter().find(|one| one.step == step);
+fn share_of(diagnosis: &Diagnosis, step: &str) -> f64 {
+    let found = diagnosis.budget.iter().find(|one| one.step == step);
     found.map_or(0.0, |one| one.share)
 }
 
@@ -60,8 +60,8 @@ fn with_probability(cause: &Cause) -> String {
 }
 
 /// The most probable causes if none is identified; those at the limit of a range have a separate note.
-fn candidates(said: &Diagnosis) -> String {
-    let listed_causes: Vec<String> = (said.causes.iter())
+fn candidates(diagnosis: &Diagnosis) -> String {
+    let listed_causes: Vec<String> = (diagnosis.causes.iter())
         .filter(|cause| cause.inclusion >= MENTIONED_FROM && !cause.at_bound)
         .take(MENTIONED)
         .map(with_probability)
@@ -73,10 +73,10 @@ fn candidates(said: &Diagnosis) -> String {
 }
 
 /// Why a probable effect is not identified: it does not reduce the held-out error by a tenth.
-fn unconfirmed(said: &Diagnosis, settings: &Settings) -> &'static str {
+fn unconfirmed(diagnosis: &Diagnosis, settings: &Settings) -> &'static str {
     // A class has its members' probabilities, and is not identified with one of them at a bound.
     let is_bounded = |cause: &Cause| {
-        (said.causes.iter()).any(|other| {
+        (diagnosis.causes.iter()).any(|other| {
             other.at_bound
                 && (other.effect == cause.effect
                     || other.class.is_some() && other.class == cause.class)
@@ -86,8 +86,8 @@ fn unconfirmed(said: &Diagnosis, settings: &Settings) -> &'static str {
         cause.class_probability.unwrap_or(cause.inclusion) >= settings.identified
             && !is_bounded(cause)
     };
-    let is_at_floor = said.gap.after_parameters <= said.gap.floor;
-    match (said.causes.iter().any(is_probable), is_at_floor) {
+    let is_at_floor = diagnosis.gap.after_parameters <= diagnosis.gap.floor;
+    match (diagnosis.causes.iter().any(is_probable), is_at_floor) {
         (true, true) => {
             " It is not counted as identified, since re-identified parameters alone reach the noise floor, although with less probable values."
         }
@@ -98,22 +98,23 @@ fn unconfirmed(said: &Diagnosis, settings: &Settings) -> &'static str {
     }
 }
 
-fn identified(said: &Diagnosis, p: &str) -> String {
+fn identified(diagnosis: &Diagnosis, p: &str) -> String {
     let class_of = |id: &str| {
-        said.classes
+        diagnosis
+            .classes
             .iter()
             .find(|class| class.members.contains(&id))
     };
     let one = |id: &&'static str| match class_of(id) {
-        Some(class) => members(said, class),
+        Some(class) => members(diagnosis, class),
         None => name(id),
     };
     let probability_of = |id: &str| match class_of(id) {
         Some(class) => class.probability,
-        None => (said.causes.iter().find(|cause| cause.effect == id))
-            .map_or(said.probability, |cause| cause.inclusion),
+        None => (diagnosis.causes.iter().find(|cause| cause.effect == id))
+            .map_or(diagnosis.probability, |cause| cause.inclusion),
     };
-    let mut text = match said.effects.as_slice() {
+    let mut text = match diagnosis.effects.as_slice() {
         [only] => format!("Cause: {}, P {p}.", one(only)),
         all => {
             let numbered = (all.iter().enumerate()).map(|(k, id)| {
@@ -126,32 +127,32 @@ fn identified(said: &Diagnosis, p: &str) -> String {
             )
         }
     };
-    if !said.classes.is_empty() {
+    if !diagnosis.classes.is_empty() {
         text.push_str(" These recordings do not separate the members of a class.");
     }
-    let stated: Vec<String> = (said.effects.iter())
+    let stated: Vec<String> = (diagnosis.effects.iter())
         .filter(|id| class_of(id).is_none())
-        .filter_map(|id| said.causes.iter().find(|cause| cause.effect == *id))
+        .filter_map(|id| diagnosis.causes.iter().find(|cause| cause.effect == *id))
         .filter_map(parameters)
         .collect();
     if !stated.is_empty() {
         text.push_str(&format!(" {}.", capitalized(&stated.join("; "))));
     }
-    text.push_str(&reductions(said));
+    text.push_str(&reductions(diagnosis));
     text
 }
 
 /// Members of a class that are not at the limit of a range; more than one of them may be present.
-fn members(said: &Diagnosis, class: &EffectClass) -> String {
+fn members(diagnosis: &Diagnosis, class: &EffectClass) -> String {
     let at_bound = |id: &str| {
-        let of = said.causes.iter().find(|cause| cause.effect == id);
+        let of = diagnosis.causes.iter().find(|cause| cause.effect == id);
         of.is_some_and(|cause| cause.at_bound)
     };
     let (bounded, within): (Vec<&str>, Vec<&str>) =
         class.members.iter().partition(|id| at_bound(id));
     let members = if within.is_empty() { bounded } else { within };
     let names: Vec<String> = members.into_iter().map(name).collect();
-    let each = said
+    let each = diagnosis
         .causes
         .iter()
         .filter(|cause| class.members.contains(&cause.effect));
@@ -170,19 +171,19 @@ fn members(said: &Diagnosis, class: &EffectClass) -> String {
 }
 
 /// Shares removed by re-identified parameters and the effects.
-fn reductions(said: &Diagnosis) -> String {
-    let gap = &said.gap;
-    let alone = share_of(said, "parameters");
-    let effects = if said.effects.len() == 1 {
+fn reductions(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
+    let alone = share_of(diagnosis, "parameters");
+    let effects = if diagnosis.effects.len() == 1 {
         "the effect"
     } else {
         "the effects"
     };
-    let mut text = match (alone > 0.0, said.effects.as_slice()) {
+    let mut text = match (alone > 0.0, diagnosis.effects.as_slice()) {
         (true, [effect]) => format!(
             " Re-identified parameters remove {} of {ABOVE_FLOOR}, {effects} a further {}.",
             percent(alone),
-            percent(share_of(said, effect).max(0.0))
+            percent(share_of(diagnosis, effect).max(0.0))
         ),
         (true, _) => format!(
             " With {effects}, {} of {ABOVE_FLOOR} is removed, with re-identified parameters alone {}.",
@@ -199,14 +200,14 @@ fn reductions(said: &Diagnosis) -> String {
             " Without {effects} the parameters reach the noise floor too, but farther from the nominal motor's, which is less probable."
         ));
     }
-    text.push_str(&doubtful(said));
+    text.push_str(&doubtful(diagnosis));
     text
 }
 
 /// Identified effects that increase the held-out error, with the error before and after.
-fn doubtful(said: &Diagnosis) -> String {
-    let with_before = said.budget.iter().zip(said.budget.iter().skip(1));
-    let adding = with_before.filter(|(_, step)| is_doubtful(said, step.step));
+fn doubtful(diagnosis: &Diagnosis) -> String {
+    let with_before = diagnosis.budget.iter().zip(diagnosis.budget.iter().skip(1));
+    let adding = with_before.filter(|(_, step)| is_doubtful(diagnosis, step.step));
     adding
         .map(|(before, step)| {
             format!(
@@ -220,20 +221,20 @@ fn doubtful(said: &Diagnosis) -> String {
 }
 
 /// Whether an identified effect increases the held-out error.
-pub(super) fn is_doubtful(said: &Diagnosis, id: &str) -> bool {
-    said.effects.len() > 1 && said.effects.contains(&id) && share_of(said, id) < 0.0
+pub(super) fn is_doubtful(diagnosis: &Diagnosis, id: &str) -> bool {
+    diagnosis.effects.len() > 1 && diagnosis.effects.contains(&id) && share_of(diagnosis, id) < 0.0
 }
 
 /// Probable effects that are not identified, in addition to identified ones.
-fn also(said: &Diagnosis) -> String {
+fn also(diagnosis: &Diagnosis) -> String {
     let named = |cause: &&Cause| {
-        said.effects.contains(&cause.effect)
-            || said
+        diagnosis.effects.contains(&cause.effect)
+            || diagnosis
                 .classes
                 .iter()
                 .any(|class| class.members.contains(&cause.effect))
     };
-    let others: Vec<String> = (said.causes.iter())
+    let others: Vec<String> = (diagnosis.causes.iter())
         .filter(|cause| !named(cause) && !cause.at_bound)
         .filter(|cause| cause.inclusion >= MENTIONED_BESIDE)
         .map(with_probability)

@@ -13,30 +13,30 @@ use super::report::{Diagnosis, HELD_OUT_RUNS, NominalSource, Regime, Verdict};
 use super::settings::Settings;
 
 /// The four parts; `asked` is the command of the diagnosis.
-pub(crate) fn parts(said: &Diagnosis, asked: &str, settings: &Settings) -> [String; 4] {
+pub(crate) fn parts(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> [String; 4] {
     [
-        size(said),
-        cause::cause(said, settings),
-        remaining(said, settings),
-        next::next(said, asked, settings),
+        size(diagnosis),
+        cause::cause(diagnosis, settings),
+        remaining(diagnosis, settings),
+        next::next(diagnosis, asked, settings),
     ]
 }
 
 /// First part: the held-out error of the nested models and the noise floor.
-fn size(said: &Diagnosis) -> String {
-    let error = error(said);
-    match &said.quick {
+fn size(diagnosis: &Diagnosis) -> String {
+    let error = error(diagnosis);
+    match &diagnosis.quick {
         Some(quick) => format!("{error} {}", quick.sentence()),
         None => error,
     }
 }
 
-fn error(said: &Diagnosis) -> String {
-    let gap = &said.gap;
+fn error(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
     let floor = counts(gap.floor);
-    if said.verdict == Verdict::NoGap {
+    if diagnosis.verdict == Verdict::NoGap {
         let nominal = counts(gap.before);
-        return match is_nominal_fitted(said) {
+        return match is_nominal_fitted(diagnosis) {
             true => format!(
                 "RMS error: {nominal} counts with the nominal model (fitted to these runs), within the noise floor of {floor}."
             ),
@@ -46,10 +46,10 @@ fn error(said: &Diagnosis) -> String {
         };
     }
     let refitted = counts(gap.after_parameters);
-    let effects = match said.effects.is_empty() {
+    let effects = match diagnosis.effects.is_empty() {
         true => String::new(),
         false => {
-            let names: Vec<String> = said.effects.iter().map(|id| name(id)).collect();
+            let names: Vec<String> = diagnosis.effects.iter().map(|id| name(id)).collect();
             format!(
                 ", {} with {}",
                 counts(gap.after_effect),
@@ -58,7 +58,7 @@ fn error(said: &Diagnosis) -> String {
         }
     };
     let nominal = counts(gap.before);
-    match is_nominal_fitted(said) {
+    match is_nominal_fitted(diagnosis) {
         true => format!(
             "RMS error: {nominal} counts nominal (fitted to these runs); held out {refitted} with re-identified parameters{effects} (noise floor {floor})."
         ),
@@ -69,17 +69,17 @@ fn error(said: &Diagnosis) -> String {
 }
 
 /// Whether the nominal motor was fitted to the runs of the error.
-fn is_nominal_fitted(said: &Diagnosis) -> bool {
-    said.nominal_source == NominalSource::Fit && said.gap.held_out != HELD_OUT_RUNS
+fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
+    diagnosis.nominal_source == NominalSource::Fit && diagnosis.gap.held_out != HELD_OUT_RUNS
 }
 
 /// Reference of all shares.
 const ABOVE_FLOOR: &str = "the squared error above the noise floor";
 
 /// Third part: size and location of the unexplained error.
-fn remaining(said: &Diagnosis, settings: &Settings) -> String {
-    let unexplained = &said.unexplained;
-    if matches!(said.verdict, Verdict::NoGap | Verdict::NoChange) {
+fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {
+    let unexplained = &diagnosis.unexplained;
+    if matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange) {
         return String::new();
     }
     if unexplained.hi95 <= 0.0 {
@@ -90,10 +90,10 @@ fn remaining(said: &Diagnosis, settings: &Settings) -> String {
         percent(unexplained.share.max(0.0)),
         percent_interval(unexplained.lo95, unexplained.hi95)
     );
-    let place = largest_regime(said)
+    let place = largest_regime(diagnosis)
         .filter(|_| unexplained.share > 0.0)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
-    let undescribed = match is_undescribed(said, settings) {
+    let undescribed = match is_undescribed(diagnosis, settings) {
         true => {
             " No parameters and no effect that was tried describe these recordings: the probabilities name no cause."
         }
@@ -103,13 +103,13 @@ fn remaining(said: &Diagnosis, settings: &Settings) -> String {
 }
 
 /// Whether all but an immaterial share of the error is unexplained.
-fn is_undescribed(said: &Diagnosis, settings: &Settings) -> bool {
-    let has_gap = !matches!(said.verdict, Verdict::NoGap | Verdict::NoChange);
-    has_gap && said.unexplained.share >= 1.0 - settings.unexplained_share
+fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
+    let has_gap = !matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange);
+    has_gap && diagnosis.unexplained.share >= 1.0 - settings.unexplained_share
 }
 
-fn largest_regime(said: &Diagnosis) -> Option<(Regime, f64)> {
-    super::budget::largest_regime(&said.unexplained.regions)
+fn largest_regime(diagnosis: &Diagnosis) -> Option<(Regime, f64)> {
+    super::budget::largest_regime(&diagnosis.unexplained.regions)
 }
 
 /// Omitted samples: run, first time and last time in s.
@@ -138,7 +138,7 @@ fn left_out(intervals: &[LeftOut]) -> String {
 /// Notes: closed loop, base parameters outside their tolerance, parameters at a bound, score, source of the nominal
 /// motor.
 pub(crate) fn note(
-    said: &Diagnosis,
+    diagnosis: &Diagnosis,
     outside: &[(&'static str, f64)],
     off: &[LeftOut],
     is_doubtful: bool,
@@ -152,7 +152,7 @@ pub(crate) fn note(
     if is_closed_loop {
         notes.push(format!(
             "Closed loop: the command answers to the measured position. Segments are {} s long, so that the prediction error is close to an equation error.",
-            three(said.gap.horizon_s)
+            three(diagnosis.gap.horizon_s)
         ));
     }
     // A parameter with a candidate's name (inductance, inductance_h) is one that these recordings do not separate.
@@ -161,16 +161,16 @@ pub(crate) fn note(
             key.strip_prefix(*id)
                 .is_some_and(|unit| unit.starts_with('_'))
         };
-        (said.classes.iter()).any(|class| class.members.iter().any(has_its_name))
+        (diagnosis.classes.iter()).any(|class| class.members.iter().any(has_its_name))
     };
     for (key, share) in outside.iter().filter(|(key, _)| !is_candidate(key)) {
-        let (whose, why) = match said.nominal_source {
+        let (whose, why) = match diagnosis.nominal_source {
             NominalSource::Given => ("motor file's", ": it has changed, or the file is wrong"),
             NominalSource::Handout | NominalSource::Fit => ("nominal", ""),
         };
         notes.push(format!(
             "{}, {} is {} times the {whose} value, outside its tolerance{why}.",
-            if said.effects.is_empty() {
+            if diagnosis.effects.is_empty() {
                 "Re-identified"
             } else {
                 "In the fit with the effect"
@@ -179,7 +179,7 @@ pub(crate) fn note(
             three(*share)
         ));
     }
-    for cause in said
+    for cause in diagnosis
         .causes
         .iter()
         .filter(|cause| cause.at_bound && cause.inclusion >= settings.identified)
@@ -190,17 +190,17 @@ pub(crate) fn note(
             probability(cause.inclusion)
         ));
     }
-    let repeats = said.gap.floor_parts.repeats;
-    if repeats.is_some_and(|repeats| repeats >= said.gap.floor) {
+    let repeats = diagnosis.gap.floor_parts.repeats;
+    if repeats.is_some_and(|repeats| repeats >= diagnosis.gap.floor) {
         notes.push(format!(
             "Runs with the same command differ by {} counts RMS, which is taken as the noise floor. If they are not repeats of one set-up, diagnose them separately.",
-            counts(said.gap.floor)
+            counts(diagnosis.gap.floor)
         ));
     }
-    if said.scoring.score == "likelihood" && said.scoring.random_load_share > 0.0 {
+    if diagnosis.scoring.score == "likelihood" && diagnosis.scoring.random_load_share > 0.0 {
         notes.push(format!(
             "A random load torque of {} of stall (estimated) is part of the error; no deterministic model removes it.",
-            percent(said.scoring.random_load_share)
+            percent(diagnosis.scoring.random_load_share)
         ));
     }
     if is_doubtful {

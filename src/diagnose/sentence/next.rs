@@ -7,24 +7,24 @@ use crate::diagnose::settings::Settings;
 
 use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
-pub(super) fn next(said: &Diagnosis, asked: &str, settings: &Settings) -> String {
-    let first = match is_undescribed(said, settings) {
+pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
+    let first = match is_undescribed(diagnosis, settings) {
         true => {
             "First check by hand that the supply and the counts per revolution that were given are right, and the recordings with `motorlab check`. "
         }
         false => "",
     };
-    format!("{first}{}", then(said, asked))
+    format!("{first}{}", then(diagnosis, asked))
 }
 
 /// The step.
-fn then(said: &Diagnosis, asked: &str) -> String {
-    if let Some(next) = &said.next_experiment {
-        return record(said, next, asked);
+fn then(diagnosis: &Diagnosis, asked: &str) -> String {
+    if let Some(next) = &diagnosis.next_experiment {
+        return record(diagnosis, next, asked);
     }
-    let (to, flag) = match said.verdict {
+    let (to, flag) = match diagnosis.verdict {
         Verdict::Effect => (
-            match said.effects.len() {
+            match diagnosis.effects.len() {
                 1 => "write a motor file with the effect, for simulate and compare",
                 _ => "write a motor file with the effects, for simulate and compare",
             },
@@ -34,7 +34,7 @@ fn then(said: &Diagnosis, asked: &str) -> String {
             "write a motor file with the re-identified parameters",
             "--model-out fitted.toml",
         ),
-        Verdict::NoGap if said.nominal_source == NominalSource::Fit => (
+        Verdict::NoGap if diagnosis.nominal_source == NominalSource::Fit => (
             "write a motor file of the fitted motor",
             "--model-out fitted.toml",
         ),
@@ -48,7 +48,10 @@ fn then(said: &Diagnosis, asked: &str) -> String {
         ),
     };
     let command = command(&format!("{asked} {flag}"), flag);
-    let doubtful = said.effects.iter().filter(|id| is_doubtful(said, id));
+    let doubtful = diagnosis
+        .effects
+        .iter()
+        .filter(|id| is_doubtful(diagnosis, id));
     let doubtful: Vec<String> = doubtful.map(|id| format!("[effects.{id}]")).collect();
     let without = match doubtful.is_empty() {
         true => String::new(),
@@ -57,14 +60,14 @@ fn then(said: &Diagnosis, asked: &str) -> String {
             listed(&doubtful, "and")
         ),
     };
-    match other_means(said) {
+    match other_means(diagnosis) {
         Some(means) => format!("{means} Next, {to}: {command}."),
         None => format!("Next, {to}: {command}.{without}"),
     }
 }
 
 /// The recording that separates the remaining sets, and the command that diagnoses it with the others.
-fn record(said: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
+fn record(diagnosis: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
     let change = next.change.as_ref();
     let with = change.map_or_else(String::new, |change| {
         format!(" Record it with {}.", change.words())
@@ -81,7 +84,7 @@ fn record(said: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
             ids => ids.split('+').map(name).collect::<Vec<_>>().join(" with "),
         })
         .collect();
-    let what = match (said.verdict, names.len()) {
+    let what = match (diagnosis.verdict, names.len()) {
         (_, 1) => format!("shows whether {} is present", names[0]),
         _ => format!("separates {}", listed(&names, "and")),
     };

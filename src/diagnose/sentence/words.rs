@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_have_the_digits_that_matter() {
+    fn figures_have_significant_digits() {
         assert_eq!(percent(0.0004), "< 0.1 %");
         assert_eq!(percent(0.123), "12 %");
         assert_eq!(counts(123.4), "123");
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn lists_read_as_lists() {
+    fn lists_are_joined_with_commas_and_and() {
         let all: Vec<String> = ["a", "b", "c"].map(str::to_owned).to_vec();
         assert_eq!(listed(&all, "and"), "a, b and c");
         assert_eq!(listed(&all[..1], "or"), "a");
