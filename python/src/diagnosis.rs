@@ -1,6 +1,6 @@
 //! A diagnosis: asked as the program asks it, on a thread of its own.
 
-use motorlab::check::{check_taught, is_fatal};
+use motorlab::check::{check_training, is_fatal};
 use motorlab::diagnose as diagnosing;
 use motorlab::diagnose::{
     BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, Role, RunFacts, WithRuns,
@@ -170,8 +170,8 @@ impl Question {
         let all = [&self.runs[..], &self.held_out, &self.reference].concat();
         // Runs in which nothing moves teach nothing, whatever moves in those that are held out.
         let held_from = self.runs.len();
-        let taught = [0..held_from, held_from + self.held_out.len()..all.len()];
-        let findings = check_taught(&all, &taught, self.motor.as_ref());
+        let training = [0..held_from, held_from + self.held_out.len()..all.len()];
+        let findings = check_training(&all, &training, self.motor.as_ref());
         let is_bad = is_fatal(&findings);
         if is_bad && !self.despite_findings {
             return Ok(Found::Bad(Box::new(BadRecording::of(findings))));

@@ -7,10 +7,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Polling period for the end of the program: less than any reported time.
-const LOOK_EVERY: Duration = Duration::from_millis(2);
+const POLL_EVERY: Duration = Duration::from_millis(2);
 
 /// How long output may arrive after the end: children may hold the pipe.
-const LAST_WORDS: Duration = Duration::from_secs(1);
+const READ_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Windows' flag for a program that does not receive this console's Ctrl-C.
 #[cfg(windows)]
@@ -56,16 +56,16 @@ pub(super) fn run_bounded(
         if longest.is_some_and(|longest| begun.elapsed() > longest) {
             break None;
         }
-        thread::sleep(LOOK_EVERY);
+        thread::sleep(POLL_EVERY);
     };
     if status.is_none() {
         end(&mut child);
     }
-    let said = |from: Receiver<Vec<u8>>| from.recv_timeout(LAST_WORDS).unwrap_or_default();
+    let finished = |from: Receiver<Vec<u8>>| from.recv_timeout(READ_TIMEOUT).unwrap_or_default();
     Ok(ProgramOutput {
         status,
-        output: said(output),
-        messages: said(messages),
+        output: finished(output),
+        messages: finished(messages),
     })
 }
 
@@ -73,12 +73,12 @@ pub(super) fn run_bounded(
 fn gather(pipe: Option<impl Read + Send + 'static>, most_bytes: u64) -> Receiver<Vec<u8>> {
     let (sender, receiver) = channel();
     thread::spawn(move || {
-        let mut said = Vec::new();
+        let mut finished = Vec::new();
         if let Some(pipe) = pipe {
             // Output before an error is kept.
-            let _ = pipe.take(most_bytes).read_to_end(&mut said);
+            let _ = pipe.take(most_bytes).read_to_end(&mut finished);
         }
-        let _ = sender.send(said);
+        let _ = sender.send(finished);
     });
     receiver
 }
@@ -111,12 +111,12 @@ mod tests {
     }
 
     #[test]
-    fn it_is_heard_up_to_its_bounds_and_ended_with_its_children() {
-        let said = run_bounded(&mut shell("echo out; echo err >&2; exit 3"), 100, None)
+    fn output_is_read_up_to_its_limits_and_child_processes_are_ended() {
+        let finished = run_bounded(&mut shell("echo out; echo err >&2; exit 3"), 100, None)
             .expect("it starts");
-        assert_eq!(said.status.and_then(|status| status.code()), Some(3));
+        assert_eq!(finished.status.and_then(|status| status.code()), Some(3));
         assert_eq!(
-            (&said.output[..], &said.messages[..]),
+            (&finished.output[..], &finished.messages[..]),
             (&b"out\n"[..], &b"err\n"[..])
         );
         let endless = run_bounded(&mut shell("yes"), 1000, None).expect("it starts");

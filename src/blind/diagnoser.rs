@@ -110,7 +110,7 @@ impl Diagnoser for Program {
                 "--json",
             ])
             .env("RAYON_NUM_THREADS", self.threads.to_string());
-        let said = run_bounded(&mut command, MOST_OUTPUT_BYTES, None).map_err(|source| {
+        let finished = run_bounded(&mut command, MOST_OUTPUT_BYTES, None).map_err(|source| {
             BlindError::Diagnoser {
                 program: shown(&self.program),
                 source,
@@ -118,20 +118,23 @@ impl Diagnoser for Program {
         })?;
         let wall_s = started.elapsed().as_secs_f64();
         let model = model_in(&room.0.join("diagnosed.toml"));
-        let document = serde_json::from_slice(&said.output);
+        let document = serde_json::from_slice(&finished.output);
         // Status 1: done with a shortfall; the document is complete.
-        let (diagnosis, failure) = match (said.status.and_then(|status| status.code()), document) {
-            (Some(0 | 1), Ok(document)) => (document, None),
-            (Some(0 | 1), Err(error)) => (Value::Null, Some(format!("no JSON document: {error}"))),
-            (_, _) => {
-                let words = String::from_utf8_lossy(&said.messages);
-                let words = clipped(words.trim(), MOST_OUTPUT_CHARACTERS);
-                let status = said
-                    .status
-                    .map_or(String::new(), |status| status.to_string());
-                (Value::Null, Some(format!("{status}: {words}")))
-            }
-        };
+        let (diagnosis, failure) =
+            match (finished.status.and_then(|status| status.code()), document) {
+                (Some(0 | 1), Ok(document)) => (document, None),
+                (Some(0 | 1), Err(error)) => {
+                    (Value::Null, Some(format!("no JSON document: {error}")))
+                }
+                (_, _) => {
+                    let words = String::from_utf8_lossy(&finished.messages);
+                    let words = clipped(words.trim(), MOST_OUTPUT_CHARACTERS);
+                    let status = finished
+                        .status
+                        .map_or(String::new(), |status| status.to_string());
+                    (Value::Null, Some(format!("{status}: {words}")))
+                }
+            };
         Ok(Verdict {
             diagnosis,
             model,
@@ -154,12 +157,12 @@ fn version_of(program: &Path) -> io::Result<Option<String>> {
     let room = EmptyDirectory::new()?;
     let mut command = in_room(program, &room);
     command.arg("--version");
-    let Ok(said) = run_bounded(&mut command, MOST_VERSION_BYTES, Some(VERSION_WITHIN)) else {
+    let Ok(finished) = run_bounded(&mut command, MOST_VERSION_BYTES, Some(VERSION_WITHIN)) else {
         return Ok(None);
     };
-    let text = String::from_utf8_lossy(&said.output);
+    let text = String::from_utf8_lossy(&finished.output);
     let line = text.lines().next().unwrap_or_default().trim();
-    let says = said.status.is_some_and(|status| status.success()) && !line.is_empty();
+    let says = finished.status.is_some_and(|status| status.success()) && !line.is_empty();
     Ok(says.then(|| one_line(line).into_owned()))
 }
 

@@ -66,7 +66,7 @@ pub fn run(
             "make a new set: motorlab blind make DIRECTORY",
         ));
     }
-    let _alone = alone(directory)?;
+    let _lock = lock_verdicts(directory)?;
     let ledger = Ledger::read(directory)?;
     let left: Vec<&SealedCase> = manifest
         .cases
@@ -122,7 +122,7 @@ pub fn run(
 
 /// Refuses a second run on the same set, as both would append to the chain. The lock lives as long as the returned
 /// file.
-fn alone(directory: &Path) -> Result<File, BlindError> {
+fn lock_verdicts(directory: &Path) -> Result<File, BlindError> {
     let path = directory.join("verdicts.lock");
     let lock = File::options()
         .create(true)

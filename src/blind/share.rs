@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn intervals_are_those_published() {
+    fn intervals_agree_with_published_ones() {
         // Newcombe (1998), Statistics in Medicine 17, table I, method 3: 81 of 263, 15 of 148, 0 of 20,
         // 1 of 29.
         for (hits, of, low, high) in [
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn so_few_is_as_probable_as_rules_of_succession_say() {
+    fn probabilities_follow_the_rule_of_succession() {
         // Laplace: after 8 of 10 one more case hits with (8 + 1)/(10 + 2).
         let published = Share { hits: 8, of: 10 };
         let missed = Share { hits: 0, of: 1 }.chance_of_so_few(published);

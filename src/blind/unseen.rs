@@ -79,7 +79,7 @@ mod tests {
 
     /// An error below the noise floor counts as removed, and a larger error does not.
     #[test]
-    fn a_share_lies_where_a_diagnosis_may_say_it() {
+    fn shares_are_within_the_range_of_a_diagnosis() {
         assert_eq!(closed(10.0, 0.9 * FLOOR_COUNTS), Some(1.0));
         assert_eq!(closed(10.0, 10.0), Some(0.0));
         assert_eq!(closed(10.0, 100.0), Some(-1.0));

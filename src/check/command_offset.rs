@@ -66,9 +66,9 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let jumps = jumps(subject.run, slack, MOST_AFTER);
     let found = late(subject, &jumps, step_s).or_else(|| dead_time(subject, slack, step_s));
     let found = found.or_else(|| {
-        let answers = Answers::of(&jumps, step_s)?;
-        let ahead = answers.ahead(subject, slack as f64);
-        ahead.or_else(|| answers.behind(subject))
+        let responses = Responses::of(&jumps, step_s)?;
+        let ahead = responses.ahead(subject, slack as f64);
+        ahead.or_else(|| responses.behind(subject))
     });
     found.into_iter().collect()
 }
@@ -102,7 +102,7 @@ fn late(subject: &Subject<'_>, jumps: &[Jump], step_s: f64) -> Option<Finding> {
 }
 
 /// The step responses of a run, with the residual of the first-order fit for each dead time.
-struct Answers<'a> {
+struct Responses<'a> {
     fitted: Vec<&'a Jump>,
     /// Dead time in samples and residual in counts^2.
     of_each: Vec<(f64, f64)>,
@@ -117,7 +117,7 @@ struct Found {
     log_ratio: f64,
 }
 
-impl<'a> Answers<'a> {
+impl<'a> Responses<'a> {
     fn of(jumps: &'a [Jump], step_s: f64) -> Option<Self> {
         let fitted: Vec<&Jump> = jumps
             .iter()
@@ -128,7 +128,7 @@ impl<'a> Answers<'a> {
         let tried = ((LONGEST_AHEAD + LONGEST_DEAD) / DEAD_STEP) as usize;
         let of_each = (0..=tried)
             .map(|k| k as f64 * DEAD_STEP - LONGEST_AHEAD)
-            .map(|dead| (dead, best_left(&fitted, dead, step_s)))
+            .map(|dead| (dead, best_residual(&fitted, dead, step_s)))
             .collect();
         (!fitted.is_empty()).then_some(Self {
             fitted,
@@ -215,7 +215,7 @@ pub(super) fn looked_at(jump: &Jump) -> impl Iterator<Item = &(f64, f64)> {
 
 /// Residual in counts^2 with the best time constant for this dead time: grid search, then golden-section search
 /// (Press et al., Numerical Recipes, 2007, section 10.2).
-fn best_left(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
+fn best_residual(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
     let of = |ln_tau: f64| left(jumps, dead, ln_tau.exp(), step_s);
     let tried = (0..TAUS).map(|k| SHORTEST_TAU.ln() + f64::from(k) * TAU_STEP.ln());
     let best = tried.map(|ln_tau| (ln_tau, of(ln_tau)));

@@ -90,7 +90,7 @@ fn resets(run: &Run) -> Vec<Reset> {
             })
             .fold(1.0, f64::max);
         let lands = lands_at(0, beside) || lands_at(run.counts[0], beside);
-        if lands && step.abs() > LEAPS * beside && !goes_round(run, step.abs(), beside) {
+        if lands && step.abs() > LEAPS * beside && !is_range(run, step.abs(), beside) {
             found.push(Reset {
                 at,
                 leap: step,
@@ -102,7 +102,7 @@ fn resets(run: &Run) -> Vec<Reset> {
 }
 
 /// Whether a jump is a counter range of some width in bits, or one turn, up to the motion in the same sample.
-fn goes_round(run: &Run, leap: f64, motion: f64) -> bool {
+fn is_range(run: &Run, leap: f64, motion: f64) -> bool {
     let widths = BITS.map(|bits| f64::from(bits).exp2());
     let mut ranges = widths.chain([run.counts_per_rev]);
     ranges.any(|range| (leap - range).abs() <= motion + 1.0)
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_round_or_comes_back_is_not_set_to_0() {
+    fn wraps_and_reversals_are_no_resets() {
         for range in [256_i64, 720, 65_536] {
             let round = run(|k| (range - 100 + 3 * k).rem_euclid(range));
             assert_eq!(resets(&round), [], "{range}");

@@ -13,7 +13,7 @@ use super::words::time;
 /// Least dead time in samples.
 const LEAST_SAMPLES: f64 = 8.0;
 /// Samples examined after a step.
-const LOOKED_AT: usize = 500;
+const EXAMINED: usize = 500;
 /// `x` in counts: more than one count of dither at rest.
 const ONSET_COUNTS: f64 = 2.0;
 /// Least onset as a share of `t1`: a third power gives 0.41.
@@ -26,17 +26,17 @@ const MOST: f64 = 2.0 / 3.0;
 const AGREE: f64 = 0.7;
 
 pub(super) fn dead_time(subject: &Subject<'_>, slack: usize, step_s: f64) -> Option<Finding> {
-    let jumps = jumps(subject.run, slack, LOOKED_AT);
+    let jumps = jumps(subject.run, slack, EXAMINED);
     let mut onsets: Vec<(usize, f64)> = (jumps.iter())
         .filter(|jump| jump.speed_counts_s.abs() * step_s <= AT_REST)
         .filter_map(|jump| onset_s(jump).map(|onset_s| (jump.at, onset_s)))
         .collect();
-    let looked_at = onsets.len();
+    let examined = onsets.len();
     onsets.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (_, middle_s) = *onsets.get(looked_at / 2)?;
+    let (_, middle_s) = *onsets.get(examined / 2)?;
     onsets
         .retain(|(_, onset_s)| *onset_s >= AGREE * middle_s && *onset_s >= LEAST_SAMPLES * step_s);
-    if middle_s < LEAST_SAMPLES * step_s || (onsets.len() as f64) < MOST * looked_at as f64 {
+    if middle_s < LEAST_SAMPLES * step_s || (onsets.len() as f64) < MOST * examined as f64 {
         return None;
     }
     let first = onsets.iter().map(|onset| onset.0).min()?;

@@ -24,17 +24,17 @@ const HOLDS: f64 = 0.02;
 /// Most time bins of an interval of held command.
 const SLOTS: usize = 120;
 /// Fewest bins, and least count of the fastest one: quantization is then 5 % of it.
-const LEAST_SLOTS: usize = 12;
-const SLOT_COUNTS: f64 = 20.0;
+const LEAST_BINS: usize = 12;
+const BIN_COUNTS: f64 = 20.0;
 /// Least fall from the peak: less may be the overshoot of a second order (damping 0.33, electrical time constant
 /// twice the mechanical one).
 const FALL: f64 = 0.25;
 /// Longest fall in rise times: heating takes far longer.
-const AS_QUICKLY: f64 = 3.0;
+const LONGEST_FALL: f64 = 3.0;
 /// Largest variation afterwards as a share of the fall, which an oscillation exceeds.
 const STAYS: f64 = 0.25;
 /// Below this share of the peak an end stop holds the shaft.
-const STANDS: f64 = 0.02;
+const END_STOP: f64 = 0.02;
 /// A rate is steady if it varies by less than this share in the last third.
 const STEADY: f64 = 0.05;
 /// Least difference between two commands, and between two rates.
@@ -53,7 +53,7 @@ pub(super) struct Hold {
     /// The command, as it is.
     pub command: f64,
     /// Middle of each bin in s, and its rate in counts/s in the direction of the command.
-    slots: Vec<(f64, f64)>,
+    bins: Vec<(f64, f64)>,
 }
 
 /// A steady rate at a command.
@@ -112,12 +112,12 @@ pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
         let to = k.min(run.len() - 1);
         let has_jumped =
             from == 0 || (run.command[from] - run.command[from - 1]).abs() >= JUMPS * largest;
-        if has_jumped && let Some(slots) = slots(subject, from, to) {
+        if has_jumped && let Some(bins) = bins(subject, from, to) {
             found.push(Hold {
                 from,
                 to,
                 command: run.command[from],
-                slots,
+                bins,
             });
         }
         from = k;
@@ -126,23 +126,23 @@ pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
 }
 
 /// The rates of an interval in as many bins as quantization allows.
-fn slots(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)>> {
+fn bins(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)>> {
     let run = subject.run;
     let steps = to - from;
     let mut many = SLOTS.min(steps);
-    while many >= LEAST_SLOTS {
+    while many >= LEAST_BINS {
         let mut most = 0_u64;
-        let slots: Vec<(f64, f64)> = (0..many)
-            .map(|slot| {
-                let (a, b) = (from + slot * steps / many, from + (slot + 1) * steps / many);
+        let bins: Vec<(f64, f64)> = (0..many)
+            .map(|bin| {
+                let (a, b) = (from + bin * steps / many, from + (bin + 1) * steps / many);
                 most = most.max(run.counts[b].abs_diff(run.counts[a]));
                 let counts = run.counts[b].saturating_sub(run.counts[a]) as f64;
                 let middle_s = 0.5 * (run.t_s[a] + run.t_s[b]);
                 (middle_s, counts / (run.t_s[b] - run.t_s[a]))
             })
             .collect();
-        if most as f64 >= SLOT_COUNTS {
-            return Some(slots);
+        if most as f64 >= BIN_COUNTS {
+            return Some(bins);
         }
         many /= 2;
     }
@@ -151,18 +151,14 @@ fn slots(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)
 
 /// The rate of the last third, if it is steady.
 pub(super) fn steady(hold: &Hold) -> Option<f64> {
-    let last = &hold.slots[2 * hold.slots.len() / 3..];
-    let mean = last.iter().map(|slot| slot.1).sum::<f64>() / last.len() as f64;
+    let last = &hold.bins[2 * hold.bins.len() / 3..];
+    let mean = last.iter().map(|bin| bin.1).sum::<f64>() / last.len() as f64;
     let varies = last
         .iter()
-        .map(|slot| (slot.1 - mean).abs())
+        .map(|bin| (bin.1 - mean).abs())
         .fold(0.0, f64::max);
-    let moves = hold
-        .slots
-        .iter()
-        .map(|slot| slot.1.abs())
-        .fold(0.0, f64::max);
-    (varies <= STEADY * mean.abs() && mean.abs() > STANDS * moves).then_some(mean)
+    let moves = hold.bins.iter().map(|bin| bin.1.abs()).fold(0.0, f64::max);
+    (varies <= STEADY * mean.abs() && mean.abs() > END_STOP * moves).then_some(mean)
 }
 
 /// A rate that peaks under a held command, falls and stays low.
@@ -174,41 +170,41 @@ fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
     if hold.command == 0.0 || before.any(|u| direction * u > (1.0 + DIFFERS) * hold.command.abs()) {
         return None;
     }
-    let rates: Vec<(f64, f64)> = (hold.slots.iter())
+    let rates: Vec<(f64, f64)> = (hold.bins.iter())
         .map(|&(at_s, rate)| (at_s, direction * rate))
         .collect();
     let peak_at = (0..rates.len()).max_by(|&a, &b| rates[a].1.total_cmp(&rates[b].1))?;
     let peak = rates[peak_at].1;
     let mut last: Vec<f64> = rates[2 * rates.len() / 3..]
         .iter()
-        .map(|slot| slot.1)
+        .map(|bin| bin.1)
         .collect();
     last.sort_by(f64::total_cmp);
     let settled = last[last.len() / 2];
     let fall = peak - settled;
-    if fall < FALL * peak || settled < STANDS * peak || rates[0].1 > 0.9 * peak {
+    if fall < FALL * peak || settled < END_STOP * peak || rates[0].1 > 0.9 * peak {
         return None;
     }
     let start_s = run.t_s[hold.from];
-    let rise_s = rates.iter().find(|slot| slot.1 >= 0.9 * peak)?.0 - start_s;
+    let rise_s = rates.iter().find(|bin| bin.1 >= 0.9 * peak)?.0 - start_s;
     let down = &rates[peak_at..];
     let still_up = down
         .iter()
-        .take_while(|slot| slot.1 >= peak - 0.1 * fall)
+        .take_while(|bin| bin.1 >= peak - 0.1 * fall)
         .last()?;
     let there = down
         .iter()
-        .position(|slot| slot.1 <= settled + STAYS * fall)?;
+        .position(|bin| bin.1 <= settled + STAYS * fall)?;
     let stays = down[there..]
         .iter()
-        .all(|slot| (slot.1 - settled).abs() <= STAYS * fall);
+        .all(|bin| (bin.1 - settled).abs() <= STAYS * fall);
     let falls_in_s = down[there].0 - still_up.0;
     let stays_for_s = run.t_s[hold.to] - down[there].0;
     // Within one turn an unbalanced load causes the same pattern.
     let counts_there = settled * stays_for_s;
     if !stays
         || counts_there < run.counts_per_rev
-        || falls_in_s > AS_QUICKLY * rise_s
+        || falls_in_s > LONGEST_FALL * rise_s
         || stays_for_s < rise_s
     {
         return None;
@@ -248,7 +244,7 @@ fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
         return None;
     }
     let rate = direction * steady(first).filter(|rate| rate * direction > 0.0)?;
-    let mut after = second.slots.iter().map(|slot| direction * slot.1);
+    let mut after = second.bins.iter().map(|bin| direction * bin.1);
     let peak = after.clone().fold(0.0, f64::max);
     let last = after.next_back()?;
     // Within one turn an unbalanced load causes the same pattern.

@@ -32,7 +32,7 @@ struct Tally {
 }
 
 pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
-    let told: Vec<(&Subject<'_>, Tally)> = subjects
+    let tallies: Vec<(&Subject<'_>, Tally)> = subjects
         .iter()
         .filter(|subject| {
             subject.run.len() >= FEWEST_SAMPLES && subject.has("command") && subject.has("position")
@@ -40,23 +40,26 @@ pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
         .map(|subject| (subject, Tally::of(subject)))
         .collect();
     let mut all = Tally::default();
-    for (_, tally) in told.iter().filter(|(_, tally)| tally.tells()) {
+    for (_, tally) in tallies.iter().filter(|(_, tally)| tally.is_conclusive()) {
         all = all.with(tally);
     }
-    let together = told.iter().filter(|(_, tally)| tally.tells()).count();
+    let together = tallies
+        .iter()
+        .filter(|(_, tally)| tally.is_conclusive())
+        .count();
     let turn = subjects
         .iter()
         .map(|subject| subject.run.counts_per_rev)
         .fold(0.0, f64::max);
     let are_reversed = together > 1 && all.is_against(turn);
     let mut found = Vec::new();
-    for (subject, tally) in told {
+    for (subject, tally) in tallies {
         let gain = gain(subject.run).map(|gain| gain.over_error);
         // A command that is logged long after the motion also gives a negative gain, but most counts agree with it.
         let is_negative = gain.is_some_and(|gain| gain < -BELOW) && tally.share() < AGAINST;
         if tally.is_against(subject.run.counts_per_rev) || is_negative {
             found.push(finding(subject, &tally, gain, None));
-        } else if are_reversed && tally.tells() && tally.share() <= -AGAINST {
+        } else if are_reversed && tally.is_conclusive() && tally.share() <= -AGAINST {
             found.push(finding(subject, &tally, gain, Some((together, all))));
         }
     }
@@ -141,7 +144,7 @@ impl Tally {
         }
     }
 
-    fn tells(&self) -> bool {
+    fn is_conclusive(&self) -> bool {
         self.passed >= FEWEST_COUNTS && self.resting <= self.passed
     }
 
@@ -158,7 +161,7 @@ impl Tally {
     /// falling arm moves by half a turn and its oscillation.
     fn is_against(&self, turn: f64) -> bool {
         let is_one_way = !(self.positive < 0.0 && self.negative > 0.0);
-        self.tells() && self.share() <= -AGAINST && !(is_one_way && self.passed < turn)
+        self.is_conclusive() && self.share() <= -AGAINST && !(is_one_way && self.passed < turn)
     }
 }
 

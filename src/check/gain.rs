@@ -10,20 +10,20 @@ use std::f64::consts::TAU;
 
 use nalgebra::{SMatrix, SVector};
 
-use super::response::{scale, slots};
+use super::response::{bins, scale};
 use crate::recording::Run;
 
 /// Coefficients `a`, `b`, `c`, `d`, `e`, `f`.
-const NUMBERS: usize = 6;
+const COEFFICIENTS: usize = 6;
 /// Fewest bins, six for each coefficient.
-const LEAST_SLOTS: usize = 40;
+const LEAST_BINS: usize = 40;
 /// Least standard deviation of the command as a share of its largest. Under a constant current, noise of the command
 /// is a response to the shaft (current controller against back EMF).
 const VARIES: f64 = 0.2;
 /// Least coefficient of determination.
 const EXPLAINED: f64 = 0.5;
 /// Eigenvalues below this share of the largest belong to collinear directions, which are left out.
-const TOLD_APART: f64 = 1e-10;
+const COLLINEAR: f64 = 1e-10;
 
 /// The gain from command to speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,9 +33,9 @@ pub(super) struct Gain {
 }
 
 pub(super) fn gain(run: &Run) -> Option<Gain> {
-    let cut = slots(run)?;
+    let cut = bins(run)?;
     let rows = cut.speed.len().checked_sub(1)?;
-    if rows < LEAST_SLOTS {
+    if rows < LEAST_BINS {
         return None;
     }
     let (by_speed, by_command) = (scale(&cut.speed), scale(&cut.command));
@@ -48,7 +48,7 @@ pub(super) fn gain(run: &Run) -> Option<Gain> {
     let row = |k: usize| {
         let middle = 0.5 * (cut.position[k - 1] + cut.position[k]);
         let (sine, cosine) = (middle / run.counts_per_rev * TAU).sin_cos();
-        SVector::<f64, NUMBERS>::from([
+        SVector::<f64, COEFFICIENTS>::from([
             by_speed * cut.speed[k - 1],
             by_command * cut.command[k],
             by_command * cut.command[k - 1],
@@ -57,8 +57,8 @@ pub(super) fn gain(run: &Run) -> Option<Gain> {
             cosine,
         ])
     };
-    let mut normal = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();
-    let mut right = SVector::<f64, NUMBERS>::zeros();
+    let mut normal = SMatrix::<f64, COEFFICIENTS, COEFFICIENTS>::zeros();
+    let mut right = SVector::<f64, COEFFICIENTS>::zeros();
     let mut sum = 0.0;
     for k in 1..=rows {
         let (x, y) = (row(k), by_speed * cut.speed[k]);
@@ -71,9 +71,9 @@ pub(super) fn gain(run: &Run) -> Option<Gain> {
     }
     // Collinear columns (angle and constant over a short travel) share their effect.
     let eigen = normal.symmetric_eigen();
-    let least = TOLD_APART * eigen.eigenvalues.max();
-    let mut inverse = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();
-    let of_gain = SVector::<f64, NUMBERS>::from([0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    let least = COLLINEAR * eigen.eigenvalues.max();
+    let mut inverse = SMatrix::<f64, COEFFICIENTS, COEFFICIENTS>::zeros();
+    let of_gain = SVector::<f64, COEFFICIENTS>::from([0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
     for (value, vector) in eigen
         .eigenvalues
         .iter()
@@ -86,13 +86,15 @@ pub(super) fn gain(run: &Run) -> Option<Gain> {
         }
     }
     let fit = inverse * right;
-    let (mut left, mut variance) = (0.0, 0.0);
+    let (mut residual, mut variance) = (0.0, 0.0);
     for k in 1..=rows {
         let y = by_speed * cut.speed[k];
-        left += (y - row(k).dot(&fit)).powi(2);
+        residual += (y - row(k).dot(&fit)).powi(2);
         variance += (y - sum / rows as f64).powi(2);
     }
-    let error = (left / (rows - NUMBERS) as f64 * of_gain.dot(&(inverse * of_gain))).sqrt();
+    let error =
+        (residual / (rows - COEFFICIENTS) as f64 * of_gain.dot(&(inverse * of_gain))).sqrt();
     let over_error = of_gain.dot(&fit) / error;
-    (left <= (1.0 - EXPLAINED) * variance && over_error.is_finite()).then_some(Gain { over_error })
+    (residual <= (1.0 - EXPLAINED) * variance && over_error.is_finite())
+        .then_some(Gain { over_error })
 }

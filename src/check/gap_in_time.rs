@@ -1,7 +1,7 @@
 //! Missing samples: by sequence numbers, by the device's times, or by the host's clock.
 
 use super::finding::{Finding, Kind, Severity};
-use super::host_clock::{held_up, stands};
+use super::host_clock::{host_pauses, time_gaps};
 use super::subject::Subject;
 use crate::recording::{Run, Steps};
 
@@ -55,10 +55,10 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         pauses.iter().max_by(|a, b| a.lasts_s.total_cmp(&b.lasts_s)),
     ) {
         let lost = (pauses.iter()).fold(0_u64, |sum, pause| sum.saturating_add(pause.lost));
-        let held_up = held_up(subject.run);
+        let host_pauses = host_pauses(subject.run);
         // Bytes that wait for a blocked reader are lost once the buffers are full.
         let is_hosts = |pause: &Pause| {
-            (held_up.iter()).any(|held| {
+            (host_pauses.iter()).any(|held| {
                 let since_s = subject.run.t_s[pause.before] - subject.run.t_s[held.sample - 1];
                 (0.0..=held.lasts_s).contains(&since_s)
             })
@@ -92,15 +92,15 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
             remedy,
         ));
     }
-    let stands = stands(subject.run);
-    if let Some(first) = stands.first() {
-        let lost_s: f64 = stands.iter().map(|stand| stand.lost_s).sum();
-        let last = stands[stands.len() - 1];
+    let time_gaps = time_gaps(subject.run);
+    if let Some(first) = time_gaps.first() {
+        let lost_s: f64 = time_gaps.iter().map(|gap| gap.lost_s).sum();
+        let last = time_gaps[time_gaps.len() - 1];
         found.push(subject.finding(
             Kind::GapInTime,
             Severity::Warning,
             (first.sample, last.sample),
-            match stands.len() {
+            match time_gaps.len() {
                 1 => format!(
                     "the board's time stamps have one gap of {:.0} ms (compared with the host clock)",
                     1e3 * lost_s
@@ -112,7 +112,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
                 ),
             },
             [
-                ("stands", stands.len() as f64),
+                ("stands", time_gaps.len() as f64),
                 ("lost_s", lost_s),
                 ("first_lost_s", first.lost_s),
             ],

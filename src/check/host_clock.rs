@@ -27,7 +27,7 @@ const BURST: f64 = 0.5;
 
 /// A gap in the board's time stamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stand {
+pub(crate) struct TimeGap {
     /// Number of the first sample after it.
     pub sample: usize,
     /// For how long, in s.
@@ -38,25 +38,25 @@ pub(crate) struct Stand {
 /// with one clock only.
 pub(crate) fn host_clock(run: &Run) -> Option<(f64, f64)> {
     let offsets = offsets(run)?;
-    let stands = stands_in(&run.t_s, &offsets);
-    slope(run, &without(offsets, &stands))
+    let time_gaps = time_gaps_in(&run.t_s, &offsets);
+    slope(run, &without(offsets, &time_gaps))
 }
 
 /// Gaps in the board's time stamps by the host's clock; none with one clock only.
-pub(crate) fn stands(run: &Run) -> Vec<Stand> {
-    offsets(run).map_or_else(Vec::new, |offsets| stands_in(&run.t_s, &offsets))
+pub(crate) fn time_gaps(run: &Run) -> Vec<TimeGap> {
+    offsets(run).map_or_else(Vec::new, |offsets| time_gaps_in(&run.t_s, &offsets))
 }
 
 /// A pause of the host, after which it read the waiting samples at once.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct HeldUp {
+pub(crate) struct HostPause {
     /// Number of the first sample read after the pause.
     pub sample: usize,
     /// Length in s.
     pub lasts_s: f64,
 }
 
-pub(crate) fn held_up(run: &Run) -> Vec<HeldUp> {
+pub(crate) fn host_pauses(run: &Run) -> Vec<HostPause> {
     let Some(host) = run.host_t_s.as_ref().filter(|_| !run.is_host_timed()) else {
         return Vec::new();
     };
@@ -64,7 +64,7 @@ pub(crate) fn held_up(run: &Run) -> Vec<HeldUp> {
     (1..host.len())
         .filter(|&k| host[k] - host[k - 1] >= HOST_PAUSE_S + (t_s[k] - t_s[k - 1]))
         .filter(|&k| is_burst(host, t_s, k, (k + LEAST_SAMPLES).min(host.len() - 1)))
-        .map(|k| HeldUp {
+        .map(|k| HostPause {
             sample: k,
             lasts_s: host[k] - host[k - 1],
         })
@@ -91,10 +91,10 @@ fn offsets(run: &Run) -> Option<Vec<f64>> {
     Some(host.iter().zip(&run.t_s).map(|(h, t)| h - t).collect())
 }
 
-fn without(mut offsets: Vec<f64>, stands: &[Stand]) -> Vec<f64> {
-    for stand in stands {
-        for offset in &mut offsets[stand.sample..] {
-            *offset -= stand.lost_s;
+fn without(mut offsets: Vec<f64>, time_gaps: &[TimeGap]) -> Vec<f64> {
+    for gap in time_gaps {
+        for offset in &mut offsets[gap.sample..] {
+            *offset -= gap.lost_s;
         }
     }
     offsets
@@ -119,7 +119,7 @@ fn slope(run: &Run, offsets: &[f64]) -> Option<(f64, f64)> {
     (error.is_finite() && span_s > 0.0).then_some((error, span_s))
 }
 
-fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
+fn time_gaps_in(t_s: &[f64], offsets: &[f64]) -> Vec<TimeGap> {
     let n = offsets.len();
     let (Some(first), Some(last)) = (t_s.first(), t_s.last()) else {
         return Vec::new();
@@ -146,7 +146,7 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
         block.iter().map(move |offset| offset - earliest)
     });
     let least_s = LEAST_S.max(SCATTER_FACTOR * middle(late.collect()));
-    let mut stands: Vec<Stand> = Vec::new();
+    let mut time_gaps: Vec<TimeGap> = Vec::new();
     let mut from = 0;
     let mut k = LEAST_SAMPLES;
     while k + LEAST_SAMPLES <= n {
@@ -156,7 +156,7 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
         let passed_s = offsets[end] + t_s[end] - offsets[k] - t_s[k];
         let has_waited = passed_s < BURST * (t_s[end] - t_s[k]);
         if later - earlier > least_s && !has_waited {
-            stands.push(Stand {
+            time_gaps.push(TimeGap {
                 sample: k,
                 lost_s: later - earlier,
             });
@@ -166,7 +166,7 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
             k += 1;
         }
     }
-    stands
+    time_gaps
 }
 
 fn middle(mut values: Vec<f64>) -> f64 {
@@ -182,18 +182,18 @@ mod tests {
 
     /// A board with this rate error and these gaps in its time stamps; the host receives samples up to 3 ms late, a
     /// few of them 40 ms late together with the following ones.
-    fn seen(rate: f64, stands: &[(usize, f64)]) -> Run {
+    fn seen(rate: f64, time_gaps: &[(usize, f64)]) -> Run {
         let mut stood_s = 0.0;
         let mut host = Vec::new();
         let t_s: Vec<f64> = (0..5000).map(|k| f64::from(k) * SAMPLE_TIME_S).collect();
         for (k, t) in t_s.iter().enumerate() {
-            stood_s += (stands.iter())
+            stood_s += (time_gaps.iter())
                 .filter(|(sample, _)| *sample == k)
                 .map(|(_, lost_s)| lost_s)
                 .sum::<f64>();
             let scatter = 0.003 * ((k * k) as f64 * std::f64::consts::PI).fract();
-            let held_up = 0.04 - SAMPLE_TIME_S * (k % 1700) as f64;
-            host.push(7.0 + t * (1.0 + rate) + stood_s + scatter.max(held_up));
+            let host_pauses = 0.04 - SAMPLE_TIME_S * (k % 1700) as f64;
+            host.push(7.0 + t * (1.0 + rate) + stood_s + scatter.max(host_pauses));
         }
         Run {
             sample_time_s: SAMPLE_TIME_S,
@@ -204,20 +204,20 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_off_does_not_stand_still_and_late_arrivals_are_no_stands() {
+    fn a_clock_rate_error_and_late_arrivals_are_no_time_gaps() {
         for rate in [0.0, 0.03, -0.1] {
             let run = seen(rate, &[]);
-            assert_eq!(stands(&run), [], "{rate}");
+            assert_eq!(time_gaps(&run), [], "{rate}");
             let (error, _) = host_clock(&run).expect("two clocks");
             assert!((error - rate).abs() < 1e-3, "{error}, not {rate}");
         }
     }
 
     #[test]
-    fn stands_are_found_where_they_are_and_do_not_pass_for_a_rate() {
+    fn time_gaps_are_located_and_are_no_clock_rate_error() {
         let stood = [(700, 0.02), (760, 0.05), (2000, 0.008), (4300, 0.031)];
         let run = seen(0.001, &stood);
-        let found = stands(&run);
+        let found = time_gaps(&run);
         assert_eq!(found.len(), stood.len(), "{found:?}");
         for (found, (sample, lost_s)) in found.iter().zip(stood) {
             assert!(

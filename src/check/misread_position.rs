@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaps_away_and_comes_back_is_misread() {
+    fn an_isolated_outlying_position_is_misread() {
         let sound: Vec<i64> = (0..400).map(|k| 30 * k).collect();
         assert!(misread_positions(&run(sound.clone())).is_empty());
         let mut failed = sound.clone();

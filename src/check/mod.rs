@@ -99,11 +99,15 @@ const AMONG_RUNS: &[FindAmong] = &[encoder_reversed::find, edges_lost::find];
 
 /// All findings of these runs of one motor, the most severe first; with the motor file where there is one.
 pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
-    check_taught(runs, std::slice::from_ref(&(0..runs.len())), motor)
+    check_training(runs, std::slice::from_ref(&(0..runs.len())), motor)
 }
 
 /// As [`check`], with the requirement that the shaft moves in each of these ranges of runs (training data).
-pub fn check_taught(runs: &[Run], taught: &[Range<usize>], motor: Option<&Motor>) -> Vec<Finding> {
+pub fn check_training(
+    runs: &[Run],
+    training: &[Range<usize>],
+    motor: Option<&Motor>,
+) -> Vec<Finding> {
     let names: Vec<String> = (runs.iter().enumerate())
         .map(|(k, run)| match &run.path {
             Some(path) => path.display().to_string(),
@@ -121,7 +125,7 @@ pub fn check_taught(runs: &[Run], taught: &[Range<usize>], motor: Option<&Motor>
             short => short,
         });
     let among = AMONG_RUNS.iter().flat_map(|find| find(&subjects));
-    let still = (taught.iter()).flat_map(|runs| too_short::find_among(&subjects[runs.clone()]));
+    let still = (training.iter()).flat_map(|runs| too_short::find_among(&subjects[runs.clone()]));
     let mut findings: Vec<Finding> = among.chain(still).chain(each).collect();
     findings.sort_by_key(|finding| finding.severity);
     findings

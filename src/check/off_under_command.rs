@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drive_that_is_off_at_the_end_or_meanwhile_is_found_with_its_run_out() {
+    fn a_drive_that_is_off_at_the_end_or_in_between_is_found_by_its_coasting() {
         let step = |k: usize| if k < 50 { 0.0 } else { 6.0 };
         assert_eq!(off_intervals(&run(step, |_| false)), []);
         let ended = off_intervals(&run(step, |k| k >= 200));
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_smaller_command_or_a_part_of_a_turn_leaves_open_is_not_off() {
+    fn a_small_command_or_a_partial_turn_is_not_reported_as_off() {
         // At rest under less than the command that turned it; and an arm that has never made a turn.
         let staircase = |k: usize| [0.0, 6.0, 1.0, 1.0][k / 100];
         assert_eq!(off_intervals(&run(staircase, |k| k >= 200)), []);

@@ -12,12 +12,12 @@ use super::subject::Subject;
 use crate::recording::{Run, Steps};
 
 /// Counts in a bin at the usual speed: with fewer, quantization hides the loss; in longer bins the speed changes.
-const SLOT_COUNTS: f64 = 8.0;
+const BIN_COUNTS: f64 = 8.0;
 /// Bins with fewer counts are no steady motion.
 const LEAST_COUNTS: f64 = 4.0;
 /// Fewest differences in each direction: the variance then has an error of 25 %, as neighbouring differences share
 /// two bins.
-const LEAST_SLOTS: usize = 60;
+const LEAST_BINS: usize = 60;
 /// Variance of a second difference: as a multiple of the variance of independent counts, and for quantization.
 const OF_INDEPENDENT: f64 = 6.0;
 const OF_QUANTIZATION: f64 = 20.0 / 12.0;
@@ -58,7 +58,7 @@ impl Direction {
     /// Variance of the counts in a bin over their mean.
     fn variance(&mut self) -> Option<f64> {
         let many = self.squares.len();
-        if many < LEAST_SLOTS {
+        if many < LEAST_BINS {
             return None;
         }
         self.squares.sort_by(f64::total_cmp);
@@ -115,11 +115,11 @@ fn fill(run: &Run, directions: &mut [Direction; 2]) -> Option<()> {
         .collect();
     moving.sort_unstable();
     let usual = *moving.get(moving.len() / 2)? as f64;
-    let slot = (SLOT_COUNTS / usual).ceil().max(1.0) as usize;
-    let slot_s = slot as f64 * usual_s;
+    let bin = (BIN_COUNTS / usual).ceil().max(1.0) as usize;
+    let bin_s = bin as f64 * usual_s;
     let mut last: Vec<f64> = Vec::new();
-    for from in (0..run.len().saturating_sub(slot)).step_by(slot) {
-        let to = from + slot;
+    for from in (0..run.len().saturating_sub(bin)).step_by(bin) {
+        let to = from + bin;
         let lasts_s = run.t_s[to] - run.t_s[from];
         let counts = run.counts[to].saturating_sub(run.counts[from]) as f64;
         for k in from..to {
@@ -130,12 +130,12 @@ fn fill(run: &Run, directions: &mut [Direction; 2]) -> Option<()> {
         }
         let one = &mut directions[usize::from(counts > 0.0)];
         one.counts += counts.abs();
-        let is_usual = (lasts_s - slot_s).abs() <= DIFFERS * slot_s;
+        let is_usual = (lasts_s - bin_s).abs() <= DIFFERS * bin_s;
         if !is_usual || counts.abs() < LEAST_COUNTS || last.iter().any(|n| n * counts < 0.0) {
             last.clear();
             continue;
         }
-        last.push(counts * slot_s / lasts_s);
+        last.push(counts * bin_s / lasts_s);
         if let [a, b, c] = last[..] {
             one.squares.push((a - 2.0 * b + c).powi(2));
             one.of_counts += b.abs();

@@ -9,11 +9,11 @@ use nalgebra::{Matrix4, Vector4};
 use crate::recording::Run;
 
 /// Counts in the fastest bin: one count of quantization is then 5 % of it.
-const SLOT_COUNTS: f64 = 20.0;
+const BIN_COUNTS: f64 = 20.0;
 /// Fewest bins, ten for each of the four coefficients.
-const LEAST_SLOTS: usize = 40;
+const LEAST_BINS: usize = 40;
 /// Most bins; a longer recording is examined from its beginning.
-const MOST_SLOTS: usize = 20_000;
+const MOST_BINS: usize = 20_000;
 /// Least share of the speeds' variance that the fit explains, and least share of the AR residual that the commands
 /// explain.
 const EXPLAINED: f64 = 0.9;
@@ -41,9 +41,9 @@ pub(super) enum Follows {
 }
 
 #[derive(Debug)]
-pub(super) struct Slots {
+pub(super) struct Bins {
     /// How long each lasts in s.
-    pub slot_s: f64,
+    pub bin_s: f64,
     /// Speed of the fastest bin in counts/s, absolute.
     pub top_counts_s: f64,
     /// Mean speed of each in counts/s.
@@ -55,64 +55,64 @@ pub(super) struct Slots {
 }
 
 /// A run in bins; `None` for a shaft that hardly moves.
-pub(super) fn slots(run: &Run) -> Option<Slots> {
+pub(super) fn bins(run: &Run) -> Option<Bins> {
     let (first_s, last_s) = (*run.t_s.first()?, *run.t_s.last()?);
     let steps = run.t_s.len() - 1;
     if steps == 0 {
         return None;
     }
     // Twenty counts at the top speed of the bins that result: fixed-point iteration.
-    let mut slot = 1_usize;
+    let mut bin = 1_usize;
     let top_counts_s = loop {
-        let top = (0..run.len().saturating_sub(slot))
-            .step_by(slot)
+        let top = (0..run.len().saturating_sub(bin))
+            .step_by(bin)
             .map(|k| {
-                let counts = run.counts[k + slot].abs_diff(run.counts[k]) as f64;
-                (counts, run.t_s[k + slot] - run.t_s[k])
+                let counts = run.counts[k + bin].abs_diff(run.counts[k]) as f64;
+                (counts, run.t_s[k + bin] - run.t_s[k])
             })
             .fold((0.0_f64, 0.0_f64), |most, (counts, lasts_s)| {
                 (most.0.max(counts), most.1.max(counts / lasts_s))
             });
-        if top.0 >= SLOT_COUNTS {
+        if top.0 >= BIN_COUNTS {
             break top.1;
         }
-        slot *= 2;
-        if slot > steps {
+        bin *= 2;
+        if bin > steps {
             return None;
         }
     };
-    let slot_s = slot as f64 * (last_s - first_s) / steps as f64;
-    let slots = (((last_s - first_s) / slot_s) as usize).min(MOST_SLOTS);
-    let mut found = Slots {
-        slot_s,
+    let bin_s = bin as f64 * (last_s - first_s) / steps as f64;
+    let bins = (((last_s - first_s) / bin_s) as usize).min(MOST_BINS);
+    let mut found = Bins {
+        bin_s,
         top_counts_s,
-        speed: Vec::with_capacity(slots),
-        command: Vec::with_capacity(slots),
-        position: Vec::with_capacity(slots),
+        speed: Vec::with_capacity(bins),
+        command: Vec::with_capacity(bins),
+        position: Vec::with_capacity(bins),
     };
-    found.fill(run, first_s, slots);
+    found.fill(run, first_s, bins);
     Some(found)
 }
 
 /// Top speed and time constant of a run; `None` for a shaft that hardly moves.
 pub(super) fn response(run: &Run) -> Option<Response> {
-    let slots = slots(run)?;
+    let bins = bins(run)?;
     Some(Response {
-        top_counts_s: slots.top_counts_s,
-        follows: follows(&slots),
+        top_counts_s: bins.top_counts_s,
+        follows: follows(&bins),
     })
 }
 
-fn follows(cut: &Slots) -> Follows {
-    let (slots, slot_s) = (cut.speed.len(), cut.slot_s);
-    if slots < LEAST_SLOTS {
+fn follows(cut: &Bins) -> Follows {
+    let (bins, bin_s) = (cut.speed.len(), cut.bin_s);
+    if bins < LEAST_BINS {
         return Follows::Unknown;
     }
     let (speed, command) = (&cut.speed, &cut.command);
     // Scaled, so that the normal equations are well conditioned in any units.
     let (by_speed, by_command) = (scale(speed), scale(command));
     let rows = || {
-        (1..slots).map(|k| {
+        (1..bins).map(|k| {
             let row = Vector4::new(
                 by_speed * speed[k - 1],
                 by_command * command[k],
@@ -130,10 +130,10 @@ fn follows(cut: &Slots) -> Follows {
     let Some(fit) = solved(normal, right) else {
         return Follows::Unknown;
     };
-    let mean = by_speed * speed[1..].iter().sum::<f64>() / (slots - 1) as f64;
-    let (mut left, mut variance) = (0.0, 0.0);
+    let mean = by_speed * speed[1..].iter().sum::<f64>() / (bins - 1) as f64;
+    let (mut residual, mut variance) = (0.0, 0.0);
     for (row, speed) in rows() {
-        left += (speed - row.dot(&fit)).powi(2);
+        residual += (speed - row.dot(&fit)).powi(2);
         variance += (speed - mean).powi(2);
     }
     // Residual without the commands, with the previous speed alone.
@@ -144,7 +144,7 @@ fn follows(cut: &Slots) -> Follows {
         alone.2 += row[0] * speed;
         alone.3 += speed;
     }
-    let n = (slots - 1) as f64;
+    let n = (bins - 1) as f64;
     let spread = alone.0 - alone.1 * alone.1 / n;
     let shared = alone.2 - alone.1 * alone.3 / n;
     let left_alone = variance
@@ -153,13 +153,13 @@ fn follows(cut: &Slots) -> Follows {
         } else {
             0.0
         };
-    if left > (1.0 - EXPLAINED) * variance || left > (1.0 - BY_COMMAND) * left_alone {
+    if residual > (1.0 - EXPLAINED) * variance || residual > (1.0 - BY_COMMAND) * left_alone {
         return Follows::Unknown;
     }
     match fit[0] {
         kept if kept >= 1.0 => Follows::Unknown,
-        kept if kept > LEAST_KEPT => Follows::In(-slot_s / kept.ln()),
-        _ => Follows::Within(-slot_s / LEAST_KEPT.ln()),
+        kept if kept > LEAST_KEPT => Follows::In(-bin_s / kept.ln()),
+        _ => Follows::Within(-bin_s / LEAST_KEPT.ln()),
     }
 }
 
@@ -179,14 +179,14 @@ pub(super) fn scale(values: &[f64]) -> f64 {
     if most > 0.0 { 1.0 / most } else { 1.0 }
 }
 
-impl Slots {
+impl Bins {
     /// Fills speeds, commands and positions; the position is interpolated linearly.
-    fn fill(&mut self, run: &Run, first_s: f64, slots: usize) {
-        let (origin, slot_s) = (run.counts[0], self.slot_s);
+    fn fill(&mut self, run: &Run, first_s: f64, bins: usize) {
+        let (origin, bin_s) = (run.counts[0], self.bin_s);
         let (mut k, mut before) = (0, 0.0);
-        for slot in 1..=slots {
-            let end_s = first_s + slot as f64 * slot_s;
-            let (mut from_s, mut sum) = (end_s - slot_s, 0.0);
+        for bin in 1..=bins {
+            let end_s = first_s + bin as f64 * bin_s;
+            let (mut from_s, mut sum) = (end_s - bin_s, 0.0);
             while k + 2 < run.len() && run.t_s[k + 1] < end_s {
                 sum += run.command[k] * (run.t_s[k + 1] - from_s);
                 from_s = run.t_s[k + 1];
@@ -196,8 +196,8 @@ impl Slots {
             let share = (end_s - run.t_s[k]) / (run.t_s[k + 1] - run.t_s[k]);
             let at = |sample: usize| run.counts[sample].saturating_sub(origin) as f64;
             let position = at(k) + share * (at(k + 1) - at(k));
-            self.speed.push((position - before) / slot_s);
-            self.command.push(sum / slot_s);
+            self.speed.push((position - before) / bin_s);
+            self.command.push(sum / bin_s);
             self.position.push(position);
             before = position;
         }
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_constant_of_a_first_order_motor_comes_back() {
+    fn the_time_constant_of_a_first_order_motor_is_estimated() {
         for step_s in [0.001, 0.003, 0.03, 3.0] {
             for steps in [3.0, 10.0, 40.0] {
                 let run = run(step_s, steps * step_s, 6.0 / step_s);
@@ -243,14 +243,14 @@ mod tests {
     }
 
     #[test]
-    fn a_response_between_two_samples_is_quicker_than_they_are() {
+    fn a_response_within_one_sample_is_faster_than_the_sample_time() {
         let run = run(1.0, 0.03, 300.0);
         let found = response(&run).expect("it moves").follows;
         assert!(matches!(found, Follows::Within(s) if s < 1.0), "{found:?}");
     }
 
     #[test]
-    fn a_constant_command_tells_nothing() {
+    fn a_constant_command_gives_no_time_constant() {
         let mut run = run(0.01, 0.1, 500.0);
         run.command.fill(1.0);
         let found = response(&run).expect("it moves").follows;

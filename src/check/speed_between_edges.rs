@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn speeds_of_0_between_edges_are_found_and_a_run_out_is_none() {
+    fn speeds_of_0_between_edges_are_found_and_coasting_is_none() {
         assert_eq!(kinds(&run(|_, speed, _| speed)), []);
         for every in [2, 3, 5] {
             let zero = run(|k, speed, _| if k % every == 0 { speed } else { 0.0 });
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_that_is_kept_at_rest_is_found() {
+    fn a_speed_that_is_held_at_rest_is_found() {
         let kept = run(|_, speed, shown| {
             if speed < 0.8 && shown > 0.0 {
                 shown

@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_a_later_row_makes_up_for_are_stale() {
+    fn rows_corrected_by_a_later_row_are_stale() {
         assert_eq!(stale_rows(&run(0)), [0; 0]);
         assert_eq!(stale_rows(&run(1)), [200]);
         assert_eq!(stale_rows(&run(7)), Vec::from_iter(200..207));

@@ -44,7 +44,7 @@ const SPEEDS: Usual = Usual {
 const AGAINST_MOTOR: f64 = 0.3;
 
 /// Prior log odds that the stated unit is right: one recording in fifty is wrong.
-const TOLD_RIGHT: f64 = 3.9;
+const PRIOR_LOG_ODDS: f64 = 3.9;
 /// A stated sample time that agrees with the times would have to be wrong in the same way: one in a thousand.
 const STATED: f64 = 6.9;
 /// Log odds from which another unit is reported: twenty to one.
@@ -52,7 +52,7 @@ const SURE: f64 = 3.0;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let run = subject.run;
-    let Some(intervals) = Steps::of(run).filter(|_| is_told(run)) else {
+    let Some(intervals) = Steps::of(run).filter(|_| is_stated(run)) else {
         return Vec::new();
     };
     let step_s = intervals.median_s();
@@ -150,7 +150,7 @@ fn remedy(power: i32) -> &'static str {
 
 /// Whether the unit of the times was stated: not for a board that speaks the protocol (microseconds), a simulation
 /// (seconds), or times made from row number and `sample_time_s`.
-fn is_told(run: &Run) -> bool {
+fn is_stated(run: &Run) -> bool {
     let header = &run.header;
     let by_row = header.get("imported").and_then(|i| i.get("time"));
     !(header.contains_key("boot_id")
@@ -222,21 +222,21 @@ fn expected(run: &Run, motor: Option<&Motor>) -> (Usual, Usual) {
 
 /// Prior log odds that the unit is right, against a factor of `factor`.
 fn prior(run: &Run, step_s: f64, factor: f64) -> f64 {
-    let Some(stated_s) = stated_s(run).or_else(|| said_s(run)) else {
-        return TOLD_RIGHT;
+    let Some(stated_s) = stated_s(run).or_else(|| header_sample_time_s(run)) else {
+        return PRIOR_LOG_ODDS;
     };
     let near = |other_s: f64| (stated_s / other_s).log10().abs() < 0.1;
     if near(step_s) {
-        TOLD_RIGHT + STATED
+        PRIOR_LOG_ODDS + STATED
     } else if near(step_s / factor) {
-        TOLD_RIGHT - STATED
+        PRIOR_LOG_ODDS - STATED
     } else {
-        TOLD_RIGHT
+        PRIOR_LOG_ODDS
     }
 }
 
 /// The sample time in a header that no program generated.
-fn said_s(run: &Run) -> Option<f64> {
+fn header_sample_time_s(run: &Run) -> Option<f64> {
     let own = ["imported", "text_columns"];
     let written = run.header.contains_key("sample_time_s")
         && !own.iter().any(|key| run.header.contains_key(*key));

@@ -78,7 +78,7 @@ fn travel(counts: &[i64]) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::check::{Kind, check, check_taught};
+    use crate::check::{Kind, check, check_training};
     use crate::recording::Run;
 
     fn run(counts_per_sample: f64) -> Run {
@@ -96,7 +96,7 @@ mod tests {
 
     /// Motion in a held-out run does not determine a model of a run at rest.
     #[test]
-    fn the_shaft_has_to_move_in_what_is_taught() {
+    fn the_shaft_has_to_move_in_training_data() {
         let runs = [run(0.045), run(5.0)];
         let is_short = |found: Vec<crate::check::Finding>| {
             found.iter().any(|finding| finding.id == Kind::TooShort)
@@ -104,9 +104,9 @@ mod tests {
         assert!(!is_short(check(&runs, None)));
         for (from, is_still) in [(0, true), (1, false)] {
             let part = from..from + 1;
-            let found = check_taught(&runs, std::slice::from_ref(&part), None);
+            let found = check_training(&runs, std::slice::from_ref(&part), None);
             assert_eq!(is_short(found), is_still, "{part:?}");
         }
-        assert!(is_short(check_taught(&runs, &[1..2, 0..1], None)));
+        assert!(is_short(check_training(&runs, &[1..2, 0..1], None)));
     }
 }

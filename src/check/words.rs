@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_in_the_unit_that_people_use() {
+    fn times_are_printed_in_the_customary_unit() {
         for (seconds, words) in [
             (3.0, "3 s"),
             (0.0035, "3.5 ms"),

@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_of_counts_are_none_of_these() {
+    fn differences_of_counts_are_no_zero_speeds() {
         for top in [0.05, 0.3, 0.9, 2.4] {
             for jitter in [0.0, 0.02] {
                 let mut position = 0.3;

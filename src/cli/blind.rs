@@ -379,8 +379,8 @@ impl Score {
 }
 
 /// The labels' file as given, or beside the set.
-fn labels_path(directory: &Path, said: Option<&Path>) -> PathBuf {
-    said.map_or_else(
+fn labels_path(directory: &Path, given: Option<&Path>) -> PathBuf {
+    given.map_or_else(
         || {
             let mut name = directory.file_name().unwrap_or_default().to_owned();
             name.push(".labels.json");

@@ -163,7 +163,7 @@ impl Capture {
             };
             let opened = tokio::select! {
                 board = Board::open(&location, options) => board,
-                () = stop.clone().asked() => return self.gone(segments, output),
+                () = stop.clone().asked() => return self.end_without_board(segments, output),
             };
             let recorded = match opened {
                 Ok(board) => {
@@ -196,11 +196,11 @@ impl Capture {
                 Err(error) => return Err(board_failure(error)),
             }
             let Some(identity) = &identity else {
-                return self.gone(segments, output);
+                return self.end_without_board(segments, output);
             };
             location = tokio::select! {
                 location = identity.wait_for_board(self.baud, output) => location,
-                () = stop.clone().asked() => return self.gone(segments, output),
+                () = stop.clone().asked() => return self.end_without_board(segments, output),
             };
         }
     }
@@ -220,7 +220,7 @@ impl Capture {
             // The board may have come back under another name.
             request.port = path.display().to_string();
         }
-        say_free_name(output, &request.output);
+        print_free_name(output, &request.output);
         let live = SharedLive::default();
         let counts_per_rev = self
             .counts_per_rev
@@ -236,7 +236,11 @@ impl Capture {
     }
 
     /// Ends a recording that is stopped while the board is missing: the last segment is complete.
-    fn gone(&self, mut segments: Segments, output: &Output) -> Result<Status, Failure> {
+    fn end_without_board(
+        &self,
+        mut segments: Segments,
+        output: &Output,
+    ) -> Result<Status, Failure> {
         match segments.take_last() {
             Some(last) => {
                 output.message("stopped; the board did not come back");
@@ -287,7 +291,7 @@ impl Capture {
         };
         let spec = VirtualSpec::parse(text)
             .map_err(Failure::input)?
-            .said(output);
+            .with_reported_gaps(output);
         spec.plug_in(&self.port).map(Some).map_err(Failure::input)
     }
 
@@ -366,7 +370,7 @@ impl Capture {
 pub(super) type Display = Box<dyn Any>;
 
 /// An existing file is not overwritten, and the message comes before the recording.
-pub(super) fn say_free_name(output: &Output, asked: &Path) {
+pub(super) fn print_free_name(output: &Output, asked: &Path) {
     let free = next_free_name(asked);
     if free != asked {
         output.message(&format!(

@@ -27,9 +27,9 @@ pub(super) fn report(
             hint.unwrap_or("keep other programs away from a file that is written"),
         )
     });
-    let troubled = trouble(captured.ending);
+    let ending_problem = ending_error(captured.ending);
     let failed =
-        failed.or_else(|| (troubled.clone()).filter(|_| captured.ending != Ending::LogEnded));
+        failed.or_else(|| (ending_problem.clone()).filter(|_| captured.ending != Ending::LogEnded));
     let failed = failed.or_else(|| failed_logs.first().cloned());
     if output.json {
         let mut document = json!({
@@ -68,8 +68,8 @@ pub(super) fn report(
         output.message(&format!("error: {failed}"));
         return Ok(Status::DeviceFailed);
     }
-    if let Some(trouble) = troubled {
-        output.message(&format!("error: {trouble}"));
+    if let Some(ending_error) = ending_problem {
+        output.message(&format!("error: {ending_error}"));
         return Ok(match captured.ending {
             Ending::LogEnded => Status::FellShort,
             _ => Status::DeviceFailed,
@@ -131,7 +131,7 @@ pub(super) fn report(
 }
 
 /// Error of a recording that ended irregularly.
-pub(super) fn trouble(ending: Ending) -> Option<Hinted> {
+pub(super) fn ending_error(ending: Ending) -> Option<Hinted> {
     let (what, hint) = match ending {
         Ending::Complete | Ending::Stopped => return None,
         Ending::LinkLost => (

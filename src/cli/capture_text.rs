@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::capture::{Capture, DURATION_S, capture_failure, say_free_name};
+use super::capture::{Capture, DURATION_S, capture_failure, print_free_name};
 use super::capture_report::report;
 use super::reconnect::Segments;
 use super::signals::StopSignal;
@@ -48,7 +48,7 @@ impl Capture {
             .open(self.baud)
             .map_err(|error| super::capture::board_failure(BoardError::Open(error)))?;
         let mut reader = LineReader::spawn(port, Instant::now()).map_err(Failure::device)?;
-        say_free_name(output, &self.output);
+        print_free_name(output, &self.output);
         let live = SharedLive::default();
         let profile = request.profile.as_ref();
         let profile = profile.map_or("as the sketch says", |profile| profile.name.as_str());

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::findings::check_and_say;
+use super::findings::check_and_print;
 use super::foreign::{read_runs, refuse_unused};
 use super::import_flags::Flags;
 use super::known::With;
@@ -95,7 +95,7 @@ impl Compare {
             }
         }
         refuse_unused(&self.log, &runs, output)?;
-        let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
+        let findings = check_and_print(&runs, self.motor.is_given().then_some(&motor), output);
         let found = Found {
             runs,
             overlays,

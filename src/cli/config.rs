@@ -32,7 +32,7 @@ pub(super) struct ConfiguredFlags {
     /// The flags, such as `--supply`.
     pub flags: Vec<String>,
     /// The message about them.
-    pub said: Option<String>,
+    pub message: Option<String>,
 }
 
 /// A key of the file with its value.
@@ -101,7 +101,7 @@ pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<ConfiguredFlags
     let Some((path, entries)) = found(leaf, given)? else {
         return Ok(ConfiguredFlags::default());
     };
-    let mut said = Vec::new();
+    let mut message = Vec::new();
     let mut flags = Vec::new();
     for entry in entries {
         let mut with_it = arguments.clone();
@@ -122,16 +122,16 @@ pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<ConfiguredFlags
                 } else {
                     ""
                 };
-                said.push(format!("{} = {}{unit}", entry.key, entry.written));
+                message.push(format!("{} = {}{unit}", entry.key, entry.written));
                 flags.push(format!("--{}", entry.long));
             }
             Err(error) if is_out_of_place(error.kind()) => {}
             Err(error) => return Err(refused(&path, &entry, &error)),
         }
     }
-    let line = || format!("using {}: {}", shown(&path), said.join(", "));
+    let line = || format!("using {}: {}", shown(&path), message.join(", "));
     Ok(ConfiguredFlags {
-        said: (!said.is_empty()).then(line),
+        message: (!message.is_empty()).then(line),
         flags,
     })
 }

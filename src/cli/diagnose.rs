@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use super::diagnose_text::{explain, show};
-use super::findings::said;
+use super::findings::print_findings;
 use super::foreign::{read_runs, refuse_unused};
 use super::import_flags::Flags;
 use super::known::With;
@@ -14,7 +14,7 @@ use super::output_file::{Force, Form};
 use super::progress::{set_share, spinner};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
-use crate::check::{Finding, check_taught, is_fatal};
+use crate::check::{Finding, check_training, is_fatal};
 use crate::diagnose::{
     BadRecording, GoodEnough, NominalFit, NominalSource, Options, Role, RunFacts, Settings,
     WithRuns, diagnose, nominal_fit,
@@ -133,9 +133,9 @@ impl Diagnose {
                 "`motorlab import LOG` makes a run file of each; give those to --repeats",
             ));
         }
-        let taught = [0..held_from, reference_from..runs.len()];
+        let training = [0..held_from, reference_from..runs.len()];
         let given = self.motor.is_given().then_some(&motor);
-        let findings = said(check_taught(&runs, &taught, given), output);
+        let findings = print_findings(check_training(&runs, &training, given), output);
         let reference = runs.split_off(reference_from);
         let held_out = runs.split_off(held_from);
         let facts = RunFacts::of([
@@ -172,7 +172,7 @@ impl Diagnose {
             }
             motor = fit.motor;
         } else {
-            self.motor.say_default(output);
+            self.motor.print_default(output);
         }
         let proposed: Vec<Motor> = (self.propose.iter())
             .map(|path| read_motor(path).map_err(Failure::input))

@@ -104,8 +104,8 @@ impl Failure {
     /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. Unknown file and row are
     /// null; the remedy is the message's hint, or null.
     pub fn document(&self) -> Value {
-        let said = self.to_string();
-        let message = said.strip_prefix("error: ").unwrap_or(&said);
+        let printed = self.to_string();
+        let message = printed.strip_prefix("error: ").unwrap_or(&printed);
         let place = self.place();
         let (_, remedy) = parted(message);
         json!({ "error": {
@@ -189,7 +189,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = self.error.to_string();
         let (what, hint) = parted(&text);
-        let mut said = what.to_owned();
+        let mut printed = what.to_owned();
         let mut hint = hint.map(str::to_owned);
         write!(f, "error: {}", clipped(what, MOST_CHARACTERS))?;
         let mut cause = self.error.source();
@@ -197,16 +197,16 @@ impl fmt::Display for Failure {
             let text = error.to_string();
             let (because, its_hint) = parted(&text);
             // Many errors already contain the text of their cause.
-            if !said.contains(because) {
+            if !printed.contains(because) {
                 write!(f, "\n  because: {}", clipped(because, MOST_CHARACTERS))?;
-                said.push_str(because);
+                printed.push_str(because);
             }
             let of_system = || error.downcast_ref().and_then(of_system);
             hint = hint.or_else(|| its_hint.or_else(of_system).map(str::to_owned));
             cause = error.source();
         }
         let known = self.file.clone().or_else(|| self.place().0);
-        let missing = missing_file::hint(&said, known.as_deref());
+        let missing = missing_file::hint(&printed, known.as_deref());
         let itself = || {
             self.error
                 .downcast_ref()
@@ -238,11 +238,11 @@ mod tests {
     fn a_missing_file_has_a_hint_in_text_and_document() {
         let error = io::Error::from_raw_os_error(2);
         let missing = Failure::input(Unread::Telling(error)).at(Path::new("no-such.motor.toml"));
-        let said = missing.to_string();
-        assert!(said.contains("\nhint: this folder has "), "{said}");
+        let printed = missing.to_string();
+        assert!(printed.contains("\nhint: this folder has "), "{printed}");
         let remedy = &missing.document()["error"]["remedy"];
         assert!(
-            remedy.as_str().is_some_and(|hint| said.ends_with(hint)),
+            remedy.as_str().is_some_and(|hint| printed.ends_with(hint)),
             "{remedy}"
         );
     }

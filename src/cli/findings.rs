@@ -81,12 +81,16 @@ fn figures(finding: &Finding) -> String {
 }
 
 /// Checks runs and prints the findings, each kind once.
-pub(super) fn check_and_say(runs: &[Run], motor: Option<&Motor>, output: &Output) -> Vec<Finding> {
-    said(check(runs, motor), output)
+pub(super) fn check_and_print(
+    runs: &[Run],
+    motor: Option<&Motor>,
+    output: &Output,
+) -> Vec<Finding> {
+    print_findings(check(runs, motor), output)
 }
 
 /// Prints findings, each kind once.
-pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
+pub(super) fn print_findings(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
     for text in listed(&findings, false) {
         output.message(&text);
     }
@@ -95,9 +99,9 @@ pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
 
 /// Longest part of a written file that is checked, in bytes: some 80,000 samples, four minutes at 3 ms, so that a
 /// recording of hours is not loaded into memory.
-const LOOKED_AT_BYTES: u64 = 4 << 20;
+const EXAMINED_BYTES: u64 = 4 << 20;
 
-/// As [`check_and_say`] for files that were just written. The flag: one of them has a fatal finding other than too
+/// As [`check_and_print`] for files that were just written. The flag: one of them has a fatal finding other than too
 /// short or a constant command, which may be intended. A file that cannot be read back (empty, or ended by a reported
 /// error) has no findings.
 pub(super) fn check_written(paths: &[&Path], output: &Output) -> (Vec<Finding>, bool) {
@@ -105,7 +109,7 @@ pub(super) fn check_written(paths: &[&Path], output: &Output) -> (Vec<Finding>, 
         .iter()
         .filter_map(|path| beginning(path, output).ok())
         .collect();
-    let findings = check_and_say(&runs, None, output);
+    let findings = check_and_print(&runs, None, output);
     let contradicts = findings.iter().any(|finding| {
         let is_meant = matches!(finding.id, Kind::TooShort | Kind::CommandConstant);
         finding.severity == Severity::Fatal && !is_meant
@@ -116,9 +120,9 @@ pub(super) fn check_written(paths: &[&Path], output: &Output) -> (Vec<Finding>, 
 /// The beginning of a run file, up to its last complete row.
 fn beginning(path: &Path, output: &Output) -> Result<Run, Box<dyn Error>> {
     let file = File::open(path)?;
-    let is_longer = file.metadata()?.len() > LOOKED_AT_BYTES;
+    let is_longer = file.metadata()?.len() > EXAMINED_BYTES;
     let mut text = Vec::new();
-    file.take(LOOKED_AT_BYTES).read_to_end(&mut text)?;
+    file.take(EXAMINED_BYTES).read_to_end(&mut text)?;
     if is_longer {
         let whole = text
             .iter()

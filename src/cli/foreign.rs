@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::import::{open, run_name};
 use super::import_flags::Flags;
-use super::import_words::{say_rows, say_understood};
+use super::import_words::{print_rows, print_understood};
 use super::progress::FileProgress;
 use super::{Failure, Output};
 use crate::hint::{In, parted};
@@ -19,7 +19,7 @@ use crate::plain::{quoted, shown};
 use crate::recording::{ReadError, ReadNote, ReadProblem, Run, read_run, read_run_from};
 
 /// Bytes of the file that are examined.
-const LOOKED_AT_BYTES: u64 = 1 << 18;
+const EXAMINED_BYTES: u64 = 1 << 18;
 
 /// A log that has to be imported first.
 #[derive(Debug, Error)]
@@ -102,16 +102,16 @@ fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Fai
             return Err(no_run(path, unclear.to_string()));
         }
         Err(unclear) => {
-            say_understood(output, &name, &reading.understood, &reading.notes);
+            print_understood(output, &name, &reading.understood, &reading.notes);
             return Err(Failure::input(In::new(&*name, unclear)).at(path));
         }
     };
-    say_understood(output, &name, &reading.understood, &reading.notes);
+    print_understood(output, &name, &reading.understood, &reading.notes);
     let directory = tempfile::tempdir().map_err(Failure::device)?;
     let target = directory.path().join("run.csv");
     let imported = import(source.read(), &name, &ready.map, &target)
         .map_err(|error| Failure::input(error).at(path))?;
-    say_rows(output, &name, &imported, None);
+    print_rows(output, &name, &imported, None);
     let of_run = |at: &Path| {
         let file = File::open(at).map_err(Failure::device)?;
         let (mut run, notes) = read_run_from(file, &name).map_err(Failure::input)?;
@@ -198,7 +198,7 @@ fn head(path: &Path, problem: &ReadProblem) -> Option<Vec<u8>> {
     let mut head = Vec::new();
     open(path)
         .ok()?
-        .take(LOOKED_AT_BYTES)
+        .take(EXAMINED_BYTES)
         .read_to_end(&mut head)
         .ok()?;
     Some(head)
@@ -221,7 +221,7 @@ fn import_line(path: &Path, problem: &ReadProblem) -> Found {
     if form(path, &head).is_some() {
         return Found::Log(command, "");
     }
-    let is_whole = (head.len() as u64) < LOOKED_AT_BYTES;
+    let is_whole = (head.len() as u64) < EXAMINED_BYTES;
     let name = name_of(path);
     match understand(&head, is_whole, &name, &Said::default(), &command).map {
         Ok(_) => Found::Log(command, ""),

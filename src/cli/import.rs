@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::capture::capture_failure;
 use super::findings::check_written;
 use super::import_flags::Flags;
-use super::import_words::{say, say_understood};
+use super::import_words::{print_understood, say};
 use super::output_file::{Force, Form, Outputs};
 use super::progress::FileProgress;
 use super::staged::Staged;
@@ -107,7 +107,7 @@ impl Import {
                     notes,
                     map,
                 } = found;
-                say_understood(output, &name, &understood, &notes);
+                print_understood(output, &name, &understood, &notes);
                 let ready = map.map_err(|unclear| at(Failure::input(In::new(&*name, unclear))))?;
                 reading = Some((understood, notes));
                 ready

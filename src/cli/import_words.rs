@@ -7,7 +7,7 @@ use crate::import::{Imported, Understood};
 use crate::plain::{one_line, shown};
 
 /// The interpretation of the log's columns.
-pub(super) fn say_understood(
+pub(super) fn print_understood(
     output: &Output,
     name: &str,
     understood: &[Understood],
@@ -40,11 +40,16 @@ pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
             run.sample_time_s,
         ));
     }
-    say_rows(output, name, imported, imported.rejected.as_deref());
+    print_rows(output, name, imported, imported.rejected.as_deref());
 }
 
 /// The rows of the result. The rejected ones are in the file `rejected`, if it is kept.
-pub(super) fn say_rows(output: &Output, name: &str, imported: &Imported, rejected: Option<&Path>) {
+pub(super) fn print_rows(
+    output: &Output,
+    name: &str,
+    imported: &Imported,
+    rejected: Option<&Path>,
+) {
     if imported.rows_without_position > 0 {
         output.message(&format!(
             "{name}: {} of {} rows have no position and only set what is held",

@@ -44,10 +44,16 @@ fn difference(text: &str) -> Result<Difference, String> {
 impl With {
     /// Applies the known differences of the file at this path to its run.
     pub(super) fn apply(&self, path: &Path, run: &mut Run) -> Result<(), Failure> {
-        for said in self.with.iter().filter(|said| path == Path::new(&said.run)) {
+        for difference in self
+            .with
+            .iter()
+            .filter(|difference| path == Path::new(&difference.run))
+        {
             run.known
-                .set(&said.key, said.value)
-                .map_err(|error| Failure::input(In::new(format!("--with {}", said.run), error)))?;
+                .set(&difference.key, difference.value)
+                .map_err(|error| {
+                    Failure::input(In::new(format!("--with {}", difference.run), error))
+                })?;
         }
         Ok(())
     }
@@ -60,19 +66,19 @@ impl With {
         match self
             .with
             .iter()
-            .find(|said| !paths.clone().any(|path| path == Path::new(&said.run)))
+            .find(|difference| !paths.clone().any(|path| path == Path::new(&difference.run)))
         {
             None => Ok(()),
-            Some(said) => {
+            Some(difference) => {
                 let first = paths.next().map_or(String::new(), shown);
                 Err(Failure::wrong(
                     format!(
                         "--with {}: no run of that name is given",
-                        one_line(&said.run)
+                        one_line(&difference.run)
                     ),
                     format!(
                         "name it as the run itself, such as --with {first}:{}={}",
-                        said.key, said.value
+                        difference.key, difference.value
                     ),
                 ))
             }

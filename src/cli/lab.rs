@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::demo::{begin, take_place};
-use super::findings::said;
+use super::findings::print_findings;
 use super::foreign::unreadable;
 use super::lab_class::{ClassRequest, class};
 use super::motor_file::motor_file;
@@ -106,7 +106,7 @@ impl Lab {
             return Ok(Status::FellShort);
         };
         let files = self.write(&lab, &outputs)?;
-        said(lab.findings.clone(), output);
+        print_findings(lab.findings.clone(), output);
         self.show(&lab, &files, output)?;
         let lost = lab
             .part_3

@@ -164,13 +164,13 @@ async fn all(
 ) -> Result<Vec<Student>, Failure> {
     let stop = StopSignal::install().map_err(Failure::device)?;
     let mut students = Vec::new();
-    let said = spinner();
+    let bar = spinner();
     for (k, path) in folders.iter().enumerate() {
         let name = name_of(path);
         let place = format!("{name} ({} of {})", k + 1, folders.len());
-        said.set_message(place.clone());
+        bar.set_message(place.clone());
         let folder = read(path, motor.clone(), output);
-        let shown = said.clone();
+        let shown = bar.clone();
         let count = folders.len();
         let working = tokio::task::spawn_blocking(move || match folder {
             Ok(folder) => {
@@ -195,11 +195,11 @@ async fn all(
         );
         match output.json {
             true => output.message(&line),
-            false => said.suspend(|| output.line(&line))?,
+            false => bar.suspend(|| output.line(&line))?,
         }
         students.push(student);
     }
-    said.finish_and_clear();
+    bar.finish_and_clear();
     Ok(students)
 }
 

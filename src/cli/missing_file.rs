@@ -116,23 +116,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_that_are_alike_come_first_then_those_of_the_kind() {
+    fn similar_names_come_first_then_files_of_the_kind() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
         for name in ["step30.csv", "ramp.csv", "chirp.csv", "notes.txt"] {
             fs::write(at(name), "").expect("a file");
         }
-        let said = |name: &str| {
+        let hint_for = |name: &str| {
             let path = at(name).display().to_string();
             let message = format!("error: {path}: No such file or directory (os error 2)");
             hint(&message, None)
                 .expect("a hint")
                 .replace(&folder.path().display().to_string(), "F")
         };
-        assert_eq!(said("step3.csv"), "F has step30.csv");
-        assert_eq!(said("x.csv"), "F has chirp.csv, ramp.csv, step30.csv");
-        assert_eq!(said("x.toml"), "F has no .toml file");
-        assert_eq!(said("runs/x.csv"), "there is no folder F/runs");
+        assert_eq!(hint_for("step3.csv"), "F has step30.csv");
+        assert_eq!(hint_for("x.csv"), "F has chirp.csv, ramp.csv, step30.csv");
+        assert_eq!(hint_for("x.toml"), "F has no .toml file");
+        assert_eq!(hint_for("runs/x.csv"), "there is no folder F/runs");
         assert_eq!(hint("error: a.csv: the disk is gone", None), None);
     }
 }

@@ -203,7 +203,7 @@ impl Output {
     /// A message on standard error; a write error is ignored. Control characters from files and devices are removed.
     pub fn message(&self, text: &str) {
         let text = for_people(text);
-        let _ = progress::past_drawn(|| writeln!(io::stderr().lock(), "{text}"));
+        let _ = progress::with_progress_suspended(|| writeln!(io::stderr().lock(), "{text}"));
     }
 }
 
@@ -274,8 +274,8 @@ impl CommandLine {
             Ok(configured) => configured,
             Err(failure) => return output.end(&failure),
         };
-        if let Some(said) = &configured.said {
-            output.message(said);
+        if let Some(message) = &configured.message {
+            output.message(message);
         }
         output.configured = configured.flags;
         let wrong = match Self::try_parse_from(&arguments) {
@@ -343,11 +343,11 @@ mod tests {
 
     /// The given arguments are used, not those of the process: Python's differ.
     #[test]
-    fn wrong_use_is_of_the_arguments_that_are_given() {
+    fn wrong_use_is_reported_for_the_given_arguments() {
         let arguments = ["motorlab", "diag\nnos"].map(OsString::from);
         let wrong = CommandLine::try_parse_from(&arguments).expect_err("no command");
-        let said = CommandLine::wrong_use(&arguments, wrong).to_string();
-        assert!(said.contains("'diag\u{fffd}nos'"), "{said}");
+        let message = CommandLine::wrong_use(&arguments, wrong).to_string();
+        assert!(message.contains("'diag\u{fffd}nos'"), "{message}");
     }
 
     #[test]

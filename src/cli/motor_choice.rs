@@ -40,12 +40,12 @@ impl MotorChoice {
 
     /// The motor without the excluded friction, and a message if it is the default one.
     pub(super) fn motor(&self, output: &Output) -> Result<Motor, Failure> {
-        self.say_default(output);
+        self.print_default(output);
         self.motor_without_message(output)
     }
 
     /// Prints that the handout's motor is simulated if none is given.
-    pub(super) fn say_default(&self, output: &Output) {
+    pub(super) fn print_default(&self, output: &Output) {
         if self.motor.is_none() {
             output.message("no --motor: the lab handout's motor is simulated");
         }

@@ -24,7 +24,7 @@ pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
     let values: Vec<(&str, f64)> = (lacking.iter())
         .filter_map(|key| Some((*key, handout.get(key)?)))
         .collect();
-    let said: Vec<String> = values
+    let defaults: Vec<String> = values
         .iter()
         .map(|(key, value)| format!("{key} = {value}"))
         .collect();
@@ -34,6 +34,6 @@ pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
     output.message(&format!(
         "{} lacks parameters; the lab handout's are used: {} (`motorlab motor --template` writes a whole file)",
         shown(path),
-        said.join(", "),
+        defaults.join(", "),
     ));
 }

@@ -86,12 +86,12 @@ mod tests {
     use crate::motor::catalogue::catalogue;
 
     #[test]
-    fn it_reads_back_as_the_handouts_motor() {
+    fn the_template_is_read_as_the_handouts_motor() {
         assert_eq!(Motor::from_toml(&template()).unwrap(), Motor::default());
     }
 
     #[test]
-    fn it_has_every_key_in_order_and_every_effect_once_uncommented() {
+    fn the_template_has_every_key_in_order_and_every_effect_once() {
         assert_eq!(KEYS.map(|(key, _)| key), Parameters::KEYS);
         let text = template();
         let (before, after) = text.split_at(text.find("[tolerance]").unwrap());

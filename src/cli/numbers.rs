@@ -38,7 +38,7 @@ mod tests {
     #[test]
     fn implausible_numbers_are_refused_with_their_range() {
         assert_eq!(supply_v("4.5"), Ok(4.5));
-        for (text, said) in [
+        for (text, expected) in [
             ("1e9", "1e9 lies outside 0.001 .. 100000 V"),
             ("-3", "-3 lies outside"),
             ("inf", "outside"),
@@ -46,7 +46,7 @@ mod tests {
             ("4,5", "no number"),
         ] {
             let error = supply_v(text).expect_err(text);
-            assert!(error.contains(said), "{error}");
+            assert!(error.contains(expected), "{error}");
         }
     }
 }

@@ -70,7 +70,7 @@ pub(super) fn set_share(bar: &ProgressBar, share: f64) {
 }
 
 /// Writes to the terminal while the progress is suspended.
-pub(super) fn past_drawn<R>(write: impl FnOnce() -> R) -> R {
+pub(super) fn with_progress_suspended<R>(write: impl FnOnce() -> R) -> R {
     let drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
     match drawn.as_ref().and_then(WeakProgressBar::upgrade) {
         Some(bar) => bar.suspend(write),
@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_that_is_left_is_in_proportion_to_what_is_done() {
+    fn the_remaining_time_is_proportional_to_the_remaining_work() {
         let of = |share, seconds| words(share, Duration::from_secs(seconds));
         assert_eq!(of(0.0, 3), ", 3 s so far");
         assert_eq!(of(0.25, 10), ", 25 %, about 30 s left");

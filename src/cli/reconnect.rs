@@ -13,7 +13,7 @@ use crate::plain::shown;
 use crate::recording::Captured;
 
 /// Period of the search.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
+const POLL_EVERY: Duration = Duration::from_millis(200);
 
 /// Time limit for the HELLO of a board that has come back.
 const PATIENCE: Duration = Duration::from_secs(6);
@@ -57,12 +57,12 @@ impl BoardIdentity {
     pub(super) async fn wait_for_board(&self, baud: u32, output: &Output) -> Location {
         let mut told: Option<String> = None;
         loop {
-            tokio::time::sleep(LOOK_EVERY).await;
+            tokio::time::sleep(POLL_EVERY).await;
             let Some(location) = self.candidate(&list_ports()) else {
                 continue;
             };
             let path = location.path();
-            match self.look_at(&location, baud).await {
+            match self.identify(&location, baud).await {
                 Ok(()) => {
                     output.message(&format!("the board is back on {}", shown(path)));
                     return location;
@@ -81,7 +81,7 @@ impl BoardIdentity {
     }
 
     /// Whether the board at `path` is the same; the identity of another one as error.
-    async fn look_at(&self, location: &Location, baud: u32) -> Result<(), Option<String>> {
+    async fn identify(&self, location: &Location, baud: u32) -> Result<(), Option<String>> {
         let options = BoardOptions {
             baud,
             patience: PATIENCE,

@@ -10,7 +10,7 @@ use clap::Args;
 #[cfg(unix)]
 use serde_json::json;
 
-use super::capture::{capture_failure, say_free_name};
+use super::capture::{capture_failure, print_free_name};
 use super::capture_report::report;
 use super::capture_text::TextFacts;
 use super::numbers::{counts_per_rev, supply_v};
@@ -116,7 +116,7 @@ impl Replay {
         if self.pty {
             return runtime.block_on(self.be_a_device(output, &mut log, &stop));
         }
-        say_free_name(output, &self.output);
+        print_free_name(output, &self.output);
         let live = SharedLive::default();
         let progress = ProgressLine::show(&live);
         let replayed = self.play(&mut log, &live, &stop);

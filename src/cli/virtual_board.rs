@@ -61,7 +61,7 @@ impl Virtual {
         let text = self.board.strip_prefix(PREFIX).unwrap_or(&self.board);
         let board = VirtualSpec::parse(text)
             .map_err(Failure::input)?
-            .said(output);
+            .with_reported_gaps(output);
         let board = board.offer().map_err(Failure::input)?;
         if output.json {
             output.document(&json!({ "port": board.path() }))?;

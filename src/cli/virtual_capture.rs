@@ -36,7 +36,7 @@ pub(super) async fn record(
 ) -> Result<Option<Captured>, Failure> {
     let spec = VirtualSpec::parse(order.board)
         .map_err(Failure::input)?
-        .said(output);
+        .with_reported_gaps(output);
     let supply_v = spec.motor.parameters.supply_v;
     let profile =
         Profile::named(order.profile, supply_v, order.duration_s).map_err(Failure::input)?;

@@ -205,7 +205,7 @@ impl VirtualSpec {
     }
 
     /// The same, after reporting the missing values of its motor file.
-    pub(super) fn said(self, output: &Output) -> Self {
+    pub(super) fn with_reported_gaps(self, output: &Output) -> Self {
         if let Some((path, lacking)) = &self.file {
             motor_file::say(path, lacking, output);
         }

@@ -163,7 +163,7 @@ pub(super) fn improve(error: &mut Error) {
             let known = COMMANDS
                 .iter()
                 .find(|(words, _)| words.contains(&asked.as_str()));
-            keep_near(error, &asked, ContextKind::SuggestedSubcommand);
+            keep_similar(error, &asked, ContextKind::SuggestedSubcommand);
             if let Some((_, tip)) = known {
                 error.remove(ContextKind::SuggestedSubcommand);
                 say(error, (*tip).to_owned());
@@ -173,7 +173,7 @@ pub(super) fn improve(error: &mut Error) {
             let asked = text(error, ContextKind::InvalidArg);
             // How a value may begin with a dash is no help for a mistyped option.
             error.remove(ContextKind::Suggested);
-            keep_near(error, &asked, ContextKind::SuggestedArg);
+            keep_similar(error, &asked, ContextKind::SuggestedArg);
             if let Some(tip) = tip_of_option(error, &asked) {
                 error.remove(ContextKind::SuggestedArg);
                 say(error, tip);
@@ -207,7 +207,7 @@ fn say(error: &mut Error, tip: String) {
 }
 
 /// Keeps the parser's proposals that are similar.
-fn keep_near(error: &mut Error, asked: &str, kind: ContextKind) {
+fn keep_similar(error: &mut Error, asked: &str, kind: ContextKind) {
     let plain = |text: &str| text.trim_start_matches('-').to_lowercase();
     let asked = plain(asked);
     let is_near = |name: &String| is_alike(&asked, &plain(name));
@@ -278,7 +278,7 @@ mod tests {
     use super::*;
     use clap::Parser;
 
-    fn said(arguments: &[&str]) -> String {
+    fn message(arguments: &[&str]) -> String {
         let all = ["motorlab"].iter().chain(arguments);
         let mut error = CommandLine::try_parse_from(all).expect_err("wrong use");
         improve(&mut error);
@@ -308,8 +308,8 @@ mod tests {
             (&["lab", "a.csv"], "--run a.csv"),
             (&["simulate", "--efect", "backlash"], "virtual:?effect="),
         ] {
-            let said = said(arguments);
-            assert!(said.contains(meant), "{arguments:?}: {said}");
+            let message = message(arguments);
+            assert!(message.contains(meant), "{arguments:?}: {message}");
         }
     }
 
@@ -323,13 +323,13 @@ mod tests {
             (&["design", "a.csv"], "--run"),
             (&["check", "a.csv", "--output", "x"], "did you mean"),
         ] {
-            let said = said(arguments);
-            assert!(!said.contains(away), "{arguments:?}: {said}");
+            let message = message(arguments);
+            assert!(!message.contains(away), "{arguments:?}: {message}");
         }
     }
 
     #[test]
-    fn every_option_that_is_proposed_is_one_of_a_subcommand() {
+    fn every_suggested_option_belongs_to_a_subcommand() {
         let command = CommandLine::command();
         for (_, option, _) in OPTIONS {
             let mut all = command

@@ -20,7 +20,8 @@ pub use document::{Cause, Damaged, Document, Interval, MOST_BYTES};
 #[cfg(feature = "parquet")]
 pub use parquet::write_table;
 pub use population::{
-    Drift, FEWEST_DATES, FEWEST_UNITS, Number, OUTSTANDING, Outlier, Population, SIGNIFICANT, Unit,
+    Drift, FEWEST_DATES, FEWEST_UNITS, LEAST_OUTLIER_SCORE, Number, Outlier, Population,
+    SIGNIFICANT, Unit,
 };
 pub use recurring::Recurring;
 pub use table::{Column, Table, Values};

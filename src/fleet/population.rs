@@ -9,7 +9,7 @@ use super::robust::{centre_and_sigma, median, trend};
 /// Fewest units of a population: with fewer the spread is hardly determined.
 pub const FEWEST_UNITS: usize = 5;
 /// Least robust z-score of an outlier (Iglewicz and Hoaglin 1993).
-pub const OUTSTANDING: f64 = 3.5;
+pub const LEAST_OUTLIER_SCORE: f64 = 3.5;
 /// Fewest dates of a unit for a trend test: with fewer no order is significant.
 pub const FEWEST_DATES: usize = 5;
 /// Significance level of all trend tests together (Bonferroni).
@@ -201,7 +201,7 @@ fn standing(numbers: &[Number]) -> Vec<Outlier> {
         };
         (number.values.iter().filter(|(_, number)| is_apart(number)))
             .map(of_unit)
-            .filter(|standing| standing.z.abs() > OUTSTANDING)
+            .filter(|standing| standing.z.abs() > LEAST_OUTLIER_SCORE)
             .collect()
     };
     let mut all: Vec<Outlier> = numbers.iter().enumerate().flat_map(of_number).collect();

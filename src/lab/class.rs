@@ -322,7 +322,7 @@ mod tests {
     /// The remaining time is estimated from the share, which increases over all diagnoses of a student and ends with
     /// them.
     #[test]
-    fn the_share_that_is_done_rises_over_all_recordings() {
+    fn the_completed_share_rises_over_all_recordings() {
         let folder = Folder {
             name: "anna".to_owned(),
             motor: Ok((Motor::default(), true)),

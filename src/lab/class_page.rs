@@ -139,7 +139,7 @@ fn one(page: &mut Page, recording: &Recording) {
     }
     match (&recording.unusable, &recording.outcome) {
         (Some(why), _) => page.paragraph(&format!("Not usable: {why}")),
-        (None, Some(outcome)) => page.paragraph(&alone(outcome)),
+        (None, Some(outcome)) => page.paragraph(&alone_words(outcome)),
         (None, None) => {}
     }
     let findings = recording.findings.iter();
@@ -158,7 +158,7 @@ fn one(page: &mut Page, recording: &Recording) {
     }
 }
 
-fn alone(outcome: &Outcome) -> String {
+fn alone_words(outcome: &Outcome) -> String {
     format!(
         "By itself: {} ({}), nominal error {} counts, noise floor {}. {}",
         outcome.words(),

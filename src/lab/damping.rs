@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_handouts_motor_by_hand() {
+    fn the_handouts_motor_agrees_with_a_calculation_by_hand() {
         // Steady at 5 rad/s: 0.245 + 0.05 + 0.02 = 0.315 N m.
         let damping = Damping::of(&Parameters::default());
         let terms: Vec<Term> = damping.shares.iter().map(|share| share.term).collect();

@@ -280,7 +280,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_handouts_encoder_in_figures() {
+    fn the_handouts_encoder_has_its_documented_figures() {
         let sampling = Sampling::of(&Parameters::default()).unwrap();
         let [slow, fast] = &sampling.responses[..] else {
             panic!("two responses");
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scatter_is_that_of_a_shaft_that_turns_evenly() {
+    fn the_scatter_is_that_of_a_constant_speed() {
         let one_count = speed_of_one_count(720.0, 0.003);
         let w = 0.315 / 0.059;
         let counts: Vec<i64> = (0..200_000)
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn an_int16_difference_minds_no_wrap_and_a_wider_one_does() {
+    fn an_int16_difference_is_right_across_a_wrap_and_a_wider_one_is_not() {
         let sampling = Sampling::of(&Parameters::default()).unwrap();
         let figures = &sampling.responses[0].figures;
         let (before, after) = (32_760_i16, 32_760_i16.wrapping_add(18));

@@ -295,7 +295,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn steady_speeds_are_those_of_the_balance_of_torques() {
+    fn steady_speeds_follow_the_torque_balance() {
         let p = Parameters::default();
         // (Kt V / R - Tf) / (b + Kt Kb / R) = 0.295 / 0.059, and V / Kb without friction.
         let steady = |k: usize| CURVES[k].steady_speed_rad_s(&p, p.supply_v).unwrap();

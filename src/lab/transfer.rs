@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn the_handouts_motor_in_numbers() {
+    fn the_handouts_transfer_function_has_its_documented_numbers() {
         // By hand: L J = 8e-6, J R + L b = 0.02004, R b + Kt Kb = 0.59.
         let second = with_inductance(0.004);
         for (found, expected) in second.denominator.into_iter().zip([8e-6, 0.02004, 0.59]) {
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn without_any_damping_the_speed_rises_for_ever() {
+    fn without_damping_the_speed_rises_without_limit() {
         let undamped = Parameters {
             back_emf_v_s_per_rad: 0.0,
             viscous_friction_nm_s_per_rad: 0.0,

@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_link_stays_a_path_whatever_the_file_is_called() {
+    fn a_link_is_a_path_for_any_file_name() {
         let page = "a b/javascript:1\"#?.html".to_owned();
         let cell = Cell::Links(vec![("<1>".to_owned(), Some(page)), ("2".to_owned(), None)]);
         assert_eq!(

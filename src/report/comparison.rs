@@ -127,7 +127,7 @@ pub(super) fn command_label(run: &Run) -> &'static str {
     }
 }
 
-pub(super) fn what_ran(run: &Run) -> String {
+pub(super) fn run_words(run: &Run) -> String {
     let profile = run.header.get("profile").and_then(toml::Value::as_str);
     format!(
         "{}, sampled every {} ms",
@@ -170,11 +170,11 @@ pub fn figures_table(figures: &[&RunFigures]) -> (Vec<&'static str>, Vec<Vec<Str
 }
 
 /// Largest position error of an accurate simulation, in quantization errors. Convention.
-const MET: f64 = 1.2;
+const ACCURATE: f64 = 1.2;
 
 /// Whether a run is simulated down to the quantization error.
-fn is_met(figures: &RunFigures) -> bool {
-    figures.position_rmse_counts < MET * figures.floor_counts
+fn is_accurate(figures: &RunFigures) -> bool {
+    figures.position_rmse_counts < ACCURATE * figures.floor_counts
 }
 
 /// One sentence on the accuracy of a run's simulation; with a fatal finding, the finding and its remedy.
@@ -187,7 +187,7 @@ pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
         );
     }
     let ratio = figures.position_rmse_counts / figures.floor_counts;
-    let words = if is_met(figures) {
+    let words = if is_accurate(figures) {
         "the simulation agrees with the recording within quantization"
     } else if ratio < 3.0 {
         "the simulation is close: a little more than quantization is left"
@@ -220,11 +220,11 @@ pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
     let is_usable = |run: &&RunFigures| fatal_of(findings, &run.path).is_none();
     let (usable, others): (Vec<&RunFigures>, Vec<&RunFigures>) =
         figures.iter().copied().partition(is_usable);
-    let met = usable.iter().filter(|run| is_met(run)).count();
-    let mut said = match (usable.as_slice(), worst_first(&usable).first()) {
+    let accurate = usable.iter().filter(|run| is_accurate(run)).count();
+    let mut sentence = match (usable.as_slice(), worst_first(&usable).first()) {
         ([one], _) => verdict(one, &[]),
         (several, Some(&worst)) => format!(
-            "Of {} runs the simulation meets {met} down to the encoder's own rounding. The worst is {} with {:.3} counts RMS.",
+            "Of {} runs the simulation meets {accurate} down to the encoder's own rounding. The worst is {} with {:.3} counts RMS.",
             several.len(),
             one_line(&several[worst].path),
             several[worst].position_rmse_counts
@@ -234,9 +234,9 @@ pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
     if !others.is_empty() {
         let names = others.iter().map(|run| one_line(&run.path).into_owned());
         let names = few_words(&names.collect::<Vec<_>>());
-        said += &format!(" Fatal findings: {names}.");
+        sentence += &format!(" Fatal findings: {names}.");
     }
-    said
+    sentence
 }
 
 /// The comparison as one offline page: findings, a row per run, and figures, the worst first.
@@ -284,7 +284,7 @@ pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)], findings: &[F
         }
         let one_count = speed_of_one_count(run.counts_per_rev, run.sample_time_s);
         page.figure(
-            &self::overlay(run, overlay, &what_ran(run)),
+            &self::overlay(run, overlay, &run_words(run)),
             Size {
                 width: 860,
                 height: 760,

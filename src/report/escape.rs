@@ -48,7 +48,7 @@ mod tests {
     use super::{escaped, with_code};
 
     #[test]
-    fn commands_are_code_and_a_lone_backtick_is_a_letter() {
+    fn commands_are_code_and_a_single_backtick_is_text() {
         assert_eq!(
             with_code("type `a <b`."),
             "type <code>a &lt;b</code>.".to_owned()

@@ -225,7 +225,7 @@ mod tests {
 
     /// The examples of RFC 4648, section 10.
     #[test]
-    fn bytes_are_packed_as_the_standard_has_it() {
+    fn bytes_are_encoded_as_in_the_standard() {
         for (plain, packed) in [
             ("", ""),
             ("f", "Zg=="),
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_curve_keeps_its_peaks_and_counts_stay_whole() {
+    fn a_long_curve_keeps_its_peaks_and_integer_counts() {
         let x: Vec<f64> = (0..100_000).map(f64::from).collect();
         let mut y = vec![0.0; 100_000];
         (y[77_777], y[33_333]) = (9.0, -9.0);
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_over_other_times_share_a_column_and_gaps_stay() {
+    fn curves_of_different_times_share_a_column_and_keep_gaps() {
         let panel = Panel::new(
             "y",
             vec![

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::escape::escaped;
 use super::figure::{Band, Panel, Series, Stroke, thinned, tick_label, ticks, y_ticks};
-use super::legend::look;
+use super::legend::dash_attribute;
 use super::svg::COLOURS;
 
 /// Position of a panel on the drawing and the ranges of its axes.
@@ -30,7 +30,7 @@ impl Frame {
         self.top + (high - value) / (high - low) * self.height
     }
 
-    pub fn draw(&self, out: &mut String, panel: &Panel, said: Option<String>) {
+    pub fn draw(&self, out: &mut String, panel: &Panel, words: Option<String>) {
         let (bottom, right) = (self.top + self.height, self.left + self.width);
         self.draw_bands(out, panel);
         let x_ticks = ticks(self.x_range, ((self.width / 60.0) as usize).clamp(3, 8));
@@ -87,13 +87,13 @@ impl Frame {
         for series in panel.series.iter().filter(|one| !one.stroke.is_band()) {
             self.draw_series(out, series);
         }
-        if let Some(said) = said {
+        if let Some(words) = words {
             let _ = write!(
                 out,
                 "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
                 right - 4.0,
                 self.top + 12.0,
-                escaped(&said)
+                escaped(&words)
             );
         }
         let _ = write!(
@@ -177,7 +177,7 @@ impl Frame {
         let _ = write!(
             out,
             "<path class=\"curve\" d=\"{path}\" stroke=\"var(--c{colour})\"{}/>",
-            look(series.stroke)
+            dash_attribute(series.stroke)
         );
     }
 

@@ -306,7 +306,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_asks_nothing_of_the_network_and_runs_nothing_from_a_file() {
+    fn a_page_loads_nothing_from_the_network_and_runs_no_text_of_a_file() {
         let mut page = Page::new("run <script>.csv");
         page.lead("a & b");
         page.table(
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_set_of_effects_may_be_broken_between_them() {
+    fn a_set_of_effects_may_be_wrapped_between_effects() {
         let mut page = Page::new("causes");
         let cells = ["cogging+dead_zone", "+4 %", "a + b"];
         page.sortable(&["", "", ""], &[cells.map(str::to_owned).to_vec()]);

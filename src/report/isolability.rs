@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn inseparable_effects_are_darkest_and_clear_ones_unshaded() {
+    fn inseparable_effects_are_darkest_and_separable_ones_unshaded() {
         assert_eq!(darkness(0.0, 3.0), 1.0);
         assert_eq!(darkness(3.0, 3.0), 1.0);
         assert_eq!(darkness(100.0, 3.0), 0.0);

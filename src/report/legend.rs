@@ -73,14 +73,14 @@ pub(super) fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width
                 );
             } else {
                 // A faint curve is visible by its many strokes; a single stroke in the legend needs full strength.
-                let look = match series.stroke {
+                let dash_attribute = match series.stroke {
                     Stroke::Upper => " style=\"stroke-width:9;stroke-opacity:.2\"",
                     Stroke::FaintStep => " style=\"stroke-width:1;stroke-opacity:.8\"",
-                    stroke => look(stroke),
+                    stroke => dash_attribute(stroke),
                 };
                 let _ = write!(
                     out,
-                    "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{look}/>"
+                    "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{dash_attribute}/>"
                 );
             }
             let _ = write!(
@@ -94,7 +94,7 @@ pub(super) fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width
     }
 }
 
-pub(super) fn look(stroke: Stroke) -> &'static str {
+pub(super) fn dash_attribute(stroke: Stroke) -> &'static str {
     match stroke {
         Stroke::Dashed => " stroke-dasharray=\"6 4\"",
         Stroke::FaintStep => " stroke-opacity=\".3\"",
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_an_axis_do_not_touch_its_name() {
+    fn axis_numbers_do_not_touch_the_axis_name() {
         let left = |number: &str| margin([number.to_owned()].into_iter());
         assert_eq!(left("\u{2212}50"), LEFT);
         // The name's letters end 22 px from the edge. A number of 7 digits begins 6 px and its width before the

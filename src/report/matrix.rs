@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_count_stands_in_its_cell_and_names_are_escaped() {
+    fn every_count_is_in_its_cell_and_names_are_escaped() {
         let matrix = Matrix {
             rows: vec!["<a>".into(), "b".into()],
             columns: vec!["<a>".into(), "b".into()],

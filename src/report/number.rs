@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn figures_have_the_digits_asked_for() {
+    fn figures_have_the_requested_digits() {
         assert_eq!(figure(0.033898305, 4), "0.0339");
         assert_eq!(figure(47.7464829, 4), "47.75");
         assert_eq!(figure(8e-6, 4), "8\u{d7}10\u{207b}\u{2076}");

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_move_of_a_few_samples_and_coarse_counting_stay_whole() {
+    fn short_moves_and_coarse_counts_are_within_the_scale() {
         let mut moved = vec![0.0; 1000];
         moved[500..504].fill(10.0);
         assert_eq!(

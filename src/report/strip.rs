@@ -241,7 +241,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_an_axis_differ_from_each_other() {
+    fn axis_numbers_are_distinct() {
         assert_eq!(
             distinct_numbers([0.9994, 0.9999, 1.0004]),
             ["0.9994", "0.9999", "1"]
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_far_off_stays_on_the_drawing_and_flattens_no_other() {
+    fn an_outlier_stays_on_the_drawing_and_does_not_set_the_scale() {
         let dot = |x, y| Dot {
             x,
             y,

@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn points_stand_where_their_values_are() {
+    fn points_are_drawn_at_their_values() {
         // The x axis spans 0 to 2 over the frame's width; x = 2 is its right edge, x = 0 its left.
         let svg = inline(&figure("a"), Size::PAGE);
         let right = f64::from(Size::PAGE.width) - RIGHT;
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_figure_draws_too() {
+    fn an_empty_figure_is_drawn() {
         let empty = Figure {
             panels: vec![Panel::new("nothing", Vec::new())],
             ..Figure::default()

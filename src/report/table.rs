@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_stand_flush_right_and_words_flush_left() {
+    fn numbers_are_aligned_right_and_words_left() {
         let mut table = Table::new(["effect", "cases"]);
         table.row(["stribeck", "7"]);
         table.row(["drag", "12"]);

@@ -257,7 +257,7 @@ mod tests {
 
     /// Points far outside cost no time, and the visible part of the line is exact.
     #[test]
-    fn a_line_that_leads_far_away_ends_at_the_edge() {
+    fn a_line_beyond_the_plot_is_clipped_at_the_edge() {
         assert_eq!(drawn((3, 0), (i64::MAX, 0)), drawn((3, 0), (19, 0)));
         assert_eq!(drawn((3, -(1 << 40)), (3, 1 << 40)), drawn((3, 0), (3, 19)));
         assert_eq!(drawn((0, 0), (1 << 40, 1 << 40)), drawn((0, 0), (19, 19)));

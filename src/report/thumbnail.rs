@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::escape::escaped;
 use super::figure::{Panel, Stroke, thinned, widened};
-use super::legend::look;
+use super::legend::dash_attribute;
 use super::number::figure;
 use super::svg::COLOURS;
 
@@ -54,7 +54,7 @@ pub(super) fn inline(panel: &Panel, unit_x: &str) -> String {
         let _ = write!(
             out,
             "<path class=\"curve\" d=\"{path}\" stroke=\"var(--c{colour})\"{}/>",
-            look(series.stroke)
+            dash_attribute(series.stroke)
         );
     }
     let _ = write!(

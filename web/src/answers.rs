@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use motorlab::check::{Finding, check, check_taught, is_fatal};
+use motorlab::check::{Finding, check, check_training, is_fatal};
 use motorlab::compare::{Comparison, Overlay, compare as compared};
 use motorlab::diagnose::{
     BadRecording, NominalSource, Options, Role, RunFacts, WithRuns, diagnose as diagnosed,
@@ -150,7 +150,7 @@ pub fn diagnose_runs(question: &str) -> Answer {
     } = Given::of(question)?;
     let is_given = question.motor.is_some();
     let facts = RunFacts::of([(Role::Diagnosed, &runs)]);
-    let findings = check_taught(
+    let findings = check_training(
         &runs,
         std::slice::from_ref(&(0..runs.len())),
         is_given.then_some(&motor),

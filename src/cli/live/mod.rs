@@ -71,7 +71,7 @@ impl Drop for LiveView {
                 thread::sleep(EVERY / 10);
             }
         }
-        self.terminal.give_back();
+        self.terminal.restore();
     }
 }
 

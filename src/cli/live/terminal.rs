@@ -25,7 +25,7 @@ impl SilentTerminal {
         Self { before }
     }
 
-    pub fn give_back(&self) {
+    pub fn restore(&self) {
         if let Some(before) = &self.before {
             let _ = tcsetattr(io::stderr(), OptionalActions::Now, before);
         }
@@ -49,7 +49,7 @@ impl SilentTerminal {
         Self
     }
 
-    pub fn give_back(&self) {}
+    pub fn restore(&self) {}
 }
 
 /// Columns and rows; 0 if unknown.

@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn the_simulation_runs_along_count_by_count() {
+    fn the_simulated_counts_agree_with_the_recorded_ones() {
         for looks in [&[1000][..], &[1, 7, 300, 0, 692][..]] {
             let view = a_view(looks);
             assert_eq!(view.recorded.len(), 1000);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_is_on_a_screen_of_80_by_24() {
+    fn the_view_fits_a_screen_of_80_by_24() {
         let view = a_view(&[1000]);
         let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("memory");
         screen.draw(|frame| view.draw(frame)).expect("memory");

@@ -49,7 +49,7 @@ impl<'a> Bench<'a> {
         }
         let mut spec = VirtualSpec::parse(text)
             .map_err(Failure::input)?
-            .said(output);
+            .with_reported_gaps(output);
         if let Some(KnownChange { key, value }) = change {
             let mut known = KnownDifferences::default();
             known.set(key, *value).map_err(Failure::input)?;

@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seconds_and_recordings_are_read_and_nothing_else() {
+    fn only_bounds_in_seconds_or_recordings_are_parsed() {
         assert_eq!(Bound::parse("60s"), Ok(Bound::Recorded(60.0)));
         assert_eq!(Bound::parse("7.5s"), Ok(Bound::Recorded(7.5)));
         assert_eq!(Bound::parse("4"), Ok(Bound::Rounds(4)));
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_begins_only_where_the_whole_of_it_is_within_the_bound() {
+    fn a_recording_starts_only_if_it_ends_within_the_bound() {
         assert!(Bound::Recorded(45.0).allows(2, 30.0, 15.0));
         assert!(!Bound::Recorded(44.0).allows(2, 30.0, 15.0));
         assert!(Bound::Rounds(3).allows(2, 1e6, 15.0));

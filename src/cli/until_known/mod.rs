@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::capture::Capture;
-use super::capture_report::trouble;
+use super::capture_report::ending_error;
 use super::findings::listed;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
@@ -99,7 +99,7 @@ pub(super) async fn until_known(
         findings: Vec::new(),
         found: None,
     };
-    let ended = session.go_on(first, &stop, output).await;
+    let ended = session.continue_rounds(first, &stop, output).await;
     if ended.is_err() && !session.rounds.is_empty() {
         output.message(&format!(
             "what was recorded is kept: {}",
@@ -129,7 +129,7 @@ fn first_plan(asked: &Capture) -> Result<Plan, Failure> {
 }
 
 impl Session<'_> {
-    async fn go_on(
+    async fn continue_rounds(
         &mut self,
         first: Plan,
         stop: &StopSignal,
@@ -144,12 +144,12 @@ impl Session<'_> {
             let Some(captured) = bench.record(&plan, file, stop, output).await? else {
                 return Ok(Ended::Stopped);
             };
-            self.take_in(&plan, &captured)?;
+            self.add_run(&plan, &captured)?;
             if captured.ending == Ending::Stopped {
                 return Ok(Ended::Stopped);
             }
-            if let Some(trouble) = trouble(captured.ending) {
-                return Err(Failure::device(trouble).at(&captured.path));
+            if let Some(ending_error) = ending_error(captured.ending) {
+                return Err(Failure::device(ending_error).at(&captured.path));
             }
             if !self.is_sound(output) {
                 return Ok(Ended::BadRecording);
@@ -172,7 +172,7 @@ impl Session<'_> {
     }
 
     /// Reads the run back, so that the diagnosis is that of the files.
-    fn take_in(&mut self, plan: &Plan, captured: &Captured) -> Result<(), Failure> {
+    fn add_run(&mut self, plan: &Plan, captured: &Captured) -> Result<(), Failure> {
         self.rounds.push(Round::of(plan, captured));
         self.plans.push(plan.clone());
         if captured.statistics.samples > 0 {
@@ -189,12 +189,12 @@ impl Session<'_> {
         self.findings = check(&self.runs, given);
         let latest =
             (self.rounds.last()).map_or(String::new(), |round| round.path().display().to_string());
-        let said = self.findings.iter().filter(|finding| {
+        let shown = self.findings.iter().filter(|finding| {
             finding.severity == Severity::Fatal
                 || (finding.severity == Severity::Warning && finding.run == latest)
         });
-        let said: Vec<Finding> = said.cloned().collect();
-        for text in listed(&said, false) {
+        let shown: Vec<Finding> = shown.cloned().collect();
+        for text in listed(&shown, false) {
             output.message(&text);
         }
         !is_fatal(&self.findings)
@@ -208,10 +208,10 @@ impl Session<'_> {
             Some(_) => NominalSource::Given,
             None => NominalSource::Handout,
         };
-        let said = shown.clone();
+        let bar = shown.clone();
         let computing = tokio::task::spawn_blocking(move || {
-            let progress = |what: &str| said.set_message(what.to_owned());
-            let done = |share: f64| set_share(&said, share);
+            let progress = |what: &str| bar.set_message(what.to_owned());
+            let done = |share: f64| set_share(&bar, share);
             let options = Options {
                 nominal_source,
                 asked: Some(&asked),

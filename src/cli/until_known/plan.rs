@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_confident_verdict_that_leaves_nothing_open_is_known() {
+    fn only_a_confident_verdict_without_open_alternatives_is_known() {
         let confident = Settings::default().confident;
         for closed in [
             Verdict::Effect,

@@ -311,7 +311,7 @@ mod tests {
 
     /// An answer begins with "Nothing" exactly where the diagnosis finds no gap; it names the effects of the verdict.
     #[test]
-    fn the_answer_says_what_the_verdict_says() {
+    fn the_answer_states_the_verdict() {
         let verdicts = [
             (Verdict::BadRecording, vec![]),
             (Verdict::NoGap, vec![]),

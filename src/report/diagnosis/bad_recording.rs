@@ -5,7 +5,7 @@ use super::{OVERLAY, checks};
 use crate::check::Finding;
 use crate::diagnose::BadRecording;
 use crate::recording::Run;
-use crate::report::comparison::{COMMAND, RECORDED, command_label, what_ran};
+use crate::report::comparison::{COMMAND, RECORDED, command_label, run_words};
 use crate::report::{Figure, Page, Panel, Series, Size, Stroke};
 
 /// Most runs drawn.
@@ -36,7 +36,7 @@ pub fn recorded(run: &Run) -> Figure {
     let position = Series::new("recorded", Stroke::Step, RECORDED, &run.t_s, &counts);
     let command = Series::new("command", Stroke::Step, COMMAND, &run.t_s, &run.command);
     Figure {
-        title: what_ran(run),
+        title: run_words(run),
         x_label: "time (s)".to_owned(),
         panels: vec![
             Panel::new("position (counts)", vec![position]).weighing(2.0),

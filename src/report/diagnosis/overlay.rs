@@ -6,7 +6,7 @@ use super::words;
 use crate::compare::speed_of_one_count;
 use crate::diagnose::{Diagnosis, PredictedRun};
 use crate::recording::Run;
-use crate::report::comparison::{COARSE, COMMAND, RECORDED, command_label, what_ran};
+use crate::report::comparison::{COARSE, COMMAND, RECORDED, command_label, run_words};
 use crate::report::number::figure as digits;
 use crate::report::{Figure, Panel, Series, Stroke};
 use crate::units::{rad_per_count, rpm_from_rad_s};
@@ -201,7 +201,7 @@ pub(super) fn figure(beside: &RunWithModels<'_>, spreads: &ErrorSpreads) -> Figu
     let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
     panels.push(Panel::new(command_label(run), vec![command]).weighing(0.6));
     Figure {
-        title: what_ran(run),
+        title: run_words(run),
         x_label: "time (s)".to_owned(),
         panels,
     }

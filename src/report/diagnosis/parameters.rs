@@ -36,7 +36,7 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
     let mut rows: Vec<Vec<String>> = identifiable
         .map(|(name, interval)| row(diagnosis, name.to_owned(), &interval, None))
         .collect();
-    let whose = words::whose(diagnosis);
+    let nominal_words = words::nominal_words(diagnosis);
     // Without a known torque the identifiable ones are already above.
     let base = diagnosis.has_torque().then_some(&diagnosis.base);
     for (key, share) in base.into_iter().flatten() {
@@ -53,7 +53,7 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
             reference: None,
             in_command: None,
         };
-        let name = format!("{key} ({} of the {whose})", percent(share.value));
+        let name = format!("{key} ({} of the {nominal_words})", percent(share.value));
         rows.push(row(diagnosis, name, &value, Some(nominal)));
     }
     page.table(&columns(diagnosis), &rows);

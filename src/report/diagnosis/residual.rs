@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_tone_is_a_peak_and_a_cosine() {
+    fn a_tone_has_a_spectral_peak_and_a_cosine_correlation() {
         let t: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.01).collect();
         let tone: Vec<f64> = t.iter().map(|t| 3.0 * (TAU * 5.0 * t).sin()).collect();
         let all = [(&t[..], &tone[..])];

@@ -74,7 +74,7 @@ pub(super) fn explained(diagnosis: &Diagnosis) -> Vec<&'static str> {
 }
 
 /// Source of the nominal model's parameters.
-pub(super) fn whose(diagnosis: &Diagnosis) -> &'static str {
+pub(super) fn nominal_words(diagnosis: &Diagnosis) -> &'static str {
     match (&diagnosis.reference, diagnosis.nominal_source) {
         (Some(_), _) => "reference's",
         (None, NominalSource::Fit) => "nominal fit's",

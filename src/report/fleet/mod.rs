@@ -10,8 +10,8 @@ use super::number::{figure, percent, probability};
 use super::strip::{Dot, Strip};
 use super::{Bar, Bars, Page, Scale};
 use crate::fleet::{
-    Damaged, Document, Drift, FEWEST_DATES, FEWEST_UNITS, Number, OUTSTANDING, Outlier, Population,
-    SIGNIFICANT,
+    Damaged, Document, Drift, FEWEST_DATES, FEWEST_UNITS, LEAST_OUTLIER_SCORE, Number, Outlier,
+    Population, SIGNIFICANT,
 };
 
 /// Most parameters drawn, by number of units.
@@ -209,7 +209,7 @@ fn numbers(page: &mut Page, population: &Population) {
             dots: number.values.iter().enumerate().map(dot).collect(),
             ordinary: number
                 .centre
-                .map(|(centre, sigma)| (centre, OUTSTANDING * sigma)),
+                .map(|(centre, sigma)| (centre, LEAST_OUTLIER_SCORE * sigma)),
         };
         let caption = match number.centre {
             Some((centre, sigma)) => format!(
@@ -302,7 +302,7 @@ fn drift(page: &mut Page, population: &Population) {
             dots: number.dated.iter().map(dot).collect(),
             ordinary: number
                 .centre
-                .map(|(centre, sigma)| (centre, OUTSTANDING * sigma)),
+                .map(|(centre, sigma)| (centre, LEAST_OUTLIER_SCORE * sigma)),
         };
         let caption = format!(
             "{}Every diagnosis with a date. Large: units with a significant trend.",

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{cause_of, name_of};
 use crate::fleet::{
-    Document, FEWEST_UNITS, OUTSTANDING, Outlier, Population, Recurring, SIGNIFICANT,
+    Document, FEWEST_UNITS, LEAST_OUTLIER_SCORE, Outlier, Population, Recurring, SIGNIFICANT,
 };
 use crate::report::Page;
 use crate::report::cell::Cell;
@@ -41,7 +41,7 @@ pub(super) fn section(page: &mut Page, documents: &[Document], population: &Popu
     }
     page.note(&format!(
         "First stand units in whose recordings an effect is identified more often than in those of the others (binomial test, p times the number of \
-         tests below {SIGNIFICANT}), then those with an outlying parameter: it lies more than {OUTSTANDING} robust standard deviations from the median of all \
+         tests below {SIGNIFICANT}), then those with an outlying parameter: it lies more than {LEAST_OUTLIER_SCORE} robust standard deviations from the median of all \
          units, and its own interval does not contain that median. A robust standard deviation is 1.4826 times the median absolute deviation; where that is 0, \
          1.2533 times the mean absolute deviation. At least {FEWEST_UNITS} units are needed. Of a unit with several outlying parameters the farthest is shown."
     ));
