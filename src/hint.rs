@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_is_parted_from_its_hint_wherever_it_is_quoted() {
+    fn an_error_is_separated_from_its_hint_wherever_it_is_quoted() {
         let inner = Hinted::new("no motor", "--motor FILE");
         let outer = In::new("a.csv", inner);
         assert_eq!(outer.to_string(), "a.csv: no motor\nhint: --motor FILE");

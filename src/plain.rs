@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_one_line_and_so_is_every_text_of_a_header() {
+    fn names_and_header_texts_are_one_line() {
         assert_eq!(
             shown("a\nb\tc\u{202e}.csv"),
             "a\u{FFFD}b\u{FFFD}c\u{FFFD}.csv"
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn in_markdown_a_text_opens_nothing() {
+    fn text_opens_no_markup_in_markdown() {
         assert_eq!(
             markdown_text("- a|b <img> [x](y) `c` a_b\n# d"),
             "\\- a\\|b \\<img\\> \\[x\\](y) \\`c\\` a_b\u{FFFD}\\# d"
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_text_keeps_its_beginning_and_its_end() {
+    fn a_long_text_is_shortened_in_the_middle() {
         let text = format!("{}é{}z", "a".repeat(5000), "b".repeat(5000));
         let short = clipped(&text, 300);
         assert!(short.starts_with("aaa") && short.ends_with("bz") && short.chars().count() < 340);

@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_board_that_goes_leaves_what_it_said_and_then_nothing() {
+    fn bytes_sent_before_a_board_disconnects_can_still_be_read() {
         let (mut board, far) = channel("virtual:");
         let mut line = far.open().expect("it opens");
         let mut outgoing = vec![7; 3];
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_reader_is_kept_out_and_a_full_line_makes_its_writer_wait() {
+    fn a_second_reader_is_refused_and_a_full_buffer_blocks_its_writer() {
         let (mut board, far) = channel("virtual:");
         let mut line = far.open().expect("it opens");
         assert!(matches!(far.open(), Err(OpenError::Busy { .. })));

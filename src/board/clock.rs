@@ -50,11 +50,11 @@ impl ClockFitter {
         if let Some((device_before, host_before)) = self.latest.replace((device_us, host_us))
             && host_before != host_us
         {
-            self.take_in(device_before, host_before);
+            self.add_pair(device_before, host_before);
         }
     }
 
-    fn take_in(&mut self, device_us: i64, host_us: i64) {
+    fn add_pair(&mut self, device_us: i64, host_us: i64) {
         let (first_device, first_host) = *self.first.get_or_insert((device_us, host_us));
         let device = device_us - first_device;
         let late = (host_us - first_host) - device;
@@ -110,12 +110,12 @@ impl ClockFitter {
     pub fn fit(&self) -> Option<ClockFit> {
         let mut whole = self.clone();
         if let Some((device_us, host_us)) = whole.latest.take() {
-            whole.take_in(device_us, host_us);
+            whole.add_pair(device_us, host_us);
         }
-        whole.fit_of_what_was_taken_in()
+        whole.fit_of_points()
     }
 
-    fn fit_of_what_was_taken_in(&self) -> Option<ClockFit> {
+    fn fit_of_points(&self) -> Option<ClockFit> {
         let span_us = self.hull.last()?.0 - self.hull.first()?.0;
         if span_us < 100_000 {
             return None;

@@ -373,11 +373,12 @@ impl Board {
 
     /// A HELLO among the events that differs from the previous one.
     fn other_hello(&self) -> Option<Hello> {
-        let mut said = self.events.iter().filter_map(|event| match event {
+        let mut hellos = self.events.iter().filter_map(|event| match event {
             Event::Hello(hello) => Some(*hello),
             _ => None,
         });
-        said.next_back()
+        hellos
+            .next_back()
             .filter(|hello| !is_same_board(&self.hello, hello))
     }
 

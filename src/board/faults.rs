@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn without_faults_nothing_changes() {
+    fn without_faults_bytes_pass_unchanged() {
         let (out, damage, end) = read_all(&message(), Faults::default(), 100);
         assert_eq!(out, message());
         assert_eq!(damage.bytes, 20_000);
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_seed_does_the_same_however_the_reads_are_split() {
+    fn the_same_seed_gives_the_same_faults_for_any_split_of_the_reads() {
         let faults = Faults {
             drop: 0.01,
             flip: 0.01,
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_line_gives_nothing_more_but_stays() {
+    fn a_silent_line_stays_open_without_bytes() {
         let faults = Faults {
             silent_after: Some(50),
             ..Faults::default()

@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_shown_as_text_and_the_rest_as_bytes() {
+    fn text_is_printed_as_text_and_other_bytes_as_hexadecimal() {
         assert_eq!(heard(b"ok\r\n1,2").to_string(), "\"ok\\r\\n1,2\"");
         assert_eq!(heard(&[0, 0xff, 3]).to_string(), "00 ff 03");
         let long = heard(&[b'x'; 1000]).to_string();

@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_limit_is_the_shafts_or_the_encoders_whichever_is_lower() {
+    fn the_speed_limit_is_the_lower_of_shaft_and_encoder() {
         // 720 counts per revolution: 1,440,000 counts/s, 4320 in 3 ms.
         assert_eq!(most_counts(720.0, 3_000), 4_336);
         assert_eq!(most_counts(200_000.0, 3_000), 6_016);

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gap_hides_a_round_where_the_speed_allows_it() {
+    fn a_gap_may_hide_a_wrap_where_the_speed_allows_it() {
         let mut motion = Motion::default();
         // 100 counts/ms: half of 65,536 takes 328 ms.
         (0..10).for_each(|_| motion.push(300.0, 3000.0));
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn a_move_to_0_that_nothing_beside_goes_with_is_a_reset() {
+    fn a_single_change_to_0_is_a_reset() {
         let mut motion = Motion::default();
         assert!(!motion.is_reset(-540.0, 0), "nothing says how it moves");
         (0..5).for_each(|_| motion.push(1.0, 3000.0));

@@ -78,7 +78,7 @@ mod tests {
     use crate::board::pty::Pty;
 
     #[test]
-    fn a_hang_up_reads_as_no_bytes_for_ever_and_is_no_error() {
+    fn a_hang_up_gives_no_bytes_and_no_error() {
         let mut pty = Pty::open().expect("a pseudo-terminal");
         let mut port = Port::open(pty.path(), 115_200).expect("openable");
         assert_eq!(pty.write_some(&[7; 100]).expect("room"), 100);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_reader_is_kept_out_even_of_the_same_user() {
+    fn a_second_reader_of_the_same_user_is_refused() {
         let pty = Pty::open().expect("a pseudo-terminal");
         let first = Port::open(pty.path(), 115_200).expect("openable");
         let error = Port::open(pty.path(), 115_200).expect_err("locked");

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_and_modes_read_as_people_know_them() {
+    fn group_names_and_mode_bits_are_decoded() {
         let groups = "root:x:0:\ntty:x:5:\ndialout:x:20:ann,bob\n";
         assert_eq!(group_name(groups, 20).as_deref(), Some("dialout"));
         assert_eq!(group_name(groups, 21), None);

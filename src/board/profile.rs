@@ -311,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_step_is_the_labs() {
+    fn the_step_profile_is_that_of_the_lab() {
         let step = Profile::named("step", 4.5, 4.0).expect("built in");
         for (sample_time_s, rest) in [(0.003, 100), (0.03, 10)] {
             let commands = step.commands(sample_time_s, rest + 5);
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_built_in_profile_is_as_long_as_it_is_asked_to_be() {
+    fn a_built_in_profile_has_the_requested_duration() {
         for (name, _) in BUILT_IN {
             for duration_s in [0.2, 1.2, 4.0, 15.0] {
                 let profile = Profile::built_in(name, 4.5, duration_s).expect("built in");
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_says_share_and_duration() {
+    fn a_profile_name_states_share_and_duration() {
         let crawl = Profile::named("crawl@0.25,8s", 4.0, 2.0).expect("built in");
         assert_eq!(crawl.largest_command(), 1.0);
         assert!((crawl.duration_s() - 8.0).abs() < 1e-9);

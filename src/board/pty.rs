@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_pass_unchanged_even_before_a_program_sets_raw_mode() {
+    fn bytes_pass_unchanged_before_a_program_sets_raw_mode() {
         let mut pty = Pty::open().expect("a pseudo-terminal");
         let every_byte: Vec<u8> = (0..=255).collect();
         let mut far = OpenOptions::new()
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_far_end_is_seen() {
+    fn a_closed_far_end_is_reported() {
         let mut pty = Pty::open().expect("a pseudo-terminal");
         let ready = pty.wait(Duration::ZERO, false).expect("poll");
         assert!(!ready.connected);

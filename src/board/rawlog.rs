@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn text_stays_text_and_bytes_are_hexadecimal() {
+    fn text_is_logged_as_text_and_bytes_as_hexadecimal() {
         let log = a_log(&[
             (0, Event::FromBoard(b"ready \"1\"\r\n".to_vec())),
             (1532, Event::ToBoard(vec![0, 0x4d, 0xff])),
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_name_their_line() {
+    fn errors_name_their_line() {
         let message = |line: &str| {
             let log = format!("# format = \"{FORMAT}\"\n{line}\n");
             read_all(log.as_bytes())
@@ -435,12 +435,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_written_log_reads_back(events in prop::collection::vec((0..=LATEST_US, any_event()), 0..20)) {
+        fn a_written_log_is_read_back_unchanged(events in prop::collection::vec((0..=LATEST_US, any_event()), 0..20)) {
             prop_assert_eq!(read_all(&a_log(&events)).expect("own log"), (events, false));
         }
 
         #[test]
-        fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        fn arbitrary_bytes_do_not_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
             let _ = read_all(&bytes);
             let mut log = format!("# format = \"{FORMAT}\"\n").into_bytes();
             log.extend(bytes);

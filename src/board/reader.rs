@@ -298,8 +298,8 @@ mod tests {
 
     #[tokio::test]
     async fn a_device_in_a_hurry_gets_no_further_ahead_than_the_channel_holds() {
-        let said = Arc::new(AtomicUsize::new(0));
-        let port = Endless(Arc::clone(&said));
+        let sent = Arc::new(AtomicUsize::new(0));
+        let port = Endless(Arc::clone(&sent));
         let mut reader = LineReader::spawn(port, Instant::now()).expect("a thread");
         let mut taken = 0;
         // Twice the capacity of the channel, so that it was full and emptied again.
@@ -309,7 +309,7 @@ mod tests {
             };
             taken += bytes.len();
             // One read is in transit, and one may have begun before the channel was full.
-            let ahead = said.load(Ordering::Relaxed) - taken;
+            let ahead = sent.load(Ordering::Relaxed) - taken;
             assert!(ahead <= CHANNEL_BYTES + 2 * READ_BYTES, "{ahead}");
             if taken == READ_BYTES {
                 thread::sleep(20 * ROOM);
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_gather_longer_and_longer_until_a_read_brings_many() {
+    fn the_wait_grows_until_a_read_has_many_bytes() {
         let (sender, _arrivals) = mpsc::channel(1);
         let reading = Reading {
             origin: Instant::now(),

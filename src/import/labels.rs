@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_are_told_from_everything_else() {
+    fn only_label_value_pairs_are_recognized() {
         for (line, expected) in [
             (
                 "target:0,actual:5",

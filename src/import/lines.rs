@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_of_ten_megabytes_is_passed_over() {
+    fn a_line_of_ten_megabytes_is_skipped() {
         let mut bytes = b"a\n".to_vec();
         bytes.resize(10_000_000, b'7');
         bytes.extend_from_slice(b"\nb\n");
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_text_is_said() {
+    fn files_that_are_no_text_are_errors() {
         for (bytes, says) in [
             (&b"\xff\xfet\0"[..], "UTF-16"),
             (b"t\0,\0x\0", "UTF-16"),
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_end_is_given_up() {
+    fn an_endless_line_is_an_error() {
         let mut lines = lines(io::repeat(b'1')).expect("text so far");
         let error = lines.next().expect_err("endless");
         assert!(matches!(error, ImportProblem::EndlessLine { line: 1 }));

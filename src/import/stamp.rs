@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_terminal_puts_before_a_line_is_told_from_the_line() {
+    fn a_terminals_prefix_is_separated_from_the_line() {
         for (line, expected) in [
             ("12:34:56.789 -> 255,12", Some(("12:34:56.789", "255,12"))),
             ("12:34:56.789 > 255 12", Some(("12:34:56.789", "255 12"))),

@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_volt_seconds_stay_whatever_is_left_out() {
+    fn thinning_keeps_the_volt_seconds() {
         // 0 V, and 6 V from the fifth row on: 3 of 4 intervals of the second sample.
         let rows = (0..12_u64).map(|seq| Sample {
             seq,

@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_in_memory_is_written_overwritten_in_place_and_taken_out() {
+    fn a_file_in_memory_is_written_overwritten_and_taken() {
         let path = Path::new("memory/of/a/test.csv");
         let mut file = OpenOptions::new()
             .read(true)

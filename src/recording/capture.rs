@@ -152,7 +152,7 @@ async fn follow(
                             stopping.begin(board, Why::RunsOn);
                         }
                         if !board.has_more() {
-                            hand_on(recorder, board)?;
+                            flush_both(recorder, board)?;
                         }
                     }
                     Some(BoardEvent::Ended { taken, dropped, reason }) => {
@@ -170,7 +170,7 @@ async fn follow(
                     Some(BoardEvent::Failed(_)) => return Ok(Ending::LineFailed.into()),
                 }
             }
-            () = recorder.recorder.due() => hand_on(recorder, board)?,
+            () = recorder.recorder.due() => flush_both(recorder, board)?,
             _ = tick.tick() => {
                 board.flush_log();
                 if stopping.why.is_none() && heard_at.elapsed() > silence {
@@ -195,7 +195,7 @@ pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
 }
 
 /// Flushes rows and raw log to the operating system when they are due.
-fn hand_on(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureError> {
+fn flush_both(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureError> {
     if recorder.recorder.flush_if_due()? {
         board.flush_log();
     }

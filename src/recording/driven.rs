@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_measured_supply_drives_and_one_that_made_the_commands_does_not_twice() {
+    fn a_measured_supply_is_applied_once() {
         let mut run = Run {
             supply_v: Some(10.0),
             command: vec![5.0, -5.0, 5.0],

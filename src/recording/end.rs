@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_that_agrees_is_believed() {
+    fn a_consistent_end_is_accepted() {
         let complete = EndReason::Complete;
         assert_eq!(judged(WHOLE, 333, 0, complete), Verdict::default());
         let hurt = ReceivedSamples {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_are_lost_with_the_end_are_counted() {
+    fn samples_lost_before_the_end_are_counted() {
         let lost = |up_to: u64, ending: Ending| {
             let came = ReceivedSamples { up_to, ..WHOLE };
             came.judge(&ending.into()).lost_at_the_end
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn each_lie_is_named_and_makes_no_losses() {
+    fn each_inconsistent_end_is_named_and_counts_no_losses() {
         let complete = EndReason::Complete;
         for (came, taken, dropped, said) in [
             (WHOLE, 50, 0, "took 50 samples, and number 332 came"),

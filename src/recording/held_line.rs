@@ -8,11 +8,11 @@ use crate::board::leap::LONGEST_STEP_US;
 use crate::board::text_lines::TextSample;
 
 /// Largest usual step of time in sample times; a longer one is confirmed by the next line.
-const ODD_STEPS: f64 = 2.5;
+const OUTLYING_STEPS: f64 = 2.5;
 /// Two lines with an earlier time agree within this many sample times: the board was reset.
 const AGREE_STEPS: i64 = 20;
 /// Largest usual step of counts as a multiple of the largest recent step, plus counts of chatter.
-const ODD_COUNTS: u64 = 5;
+const OUTLYING_COUNTS: u64 = 5;
 const CHATTER_COUNTS: u64 = 16;
 /// Steps from which the motion is estimated, and the fewest.
 const STEPS: usize = 16;
@@ -97,7 +97,7 @@ impl HeldLine {
         let is_fine = usual.is_boards && usual.coarse_us == 0;
         if is_fine && self.last.is_some_and(|(last_us, _)| last_us == line.at_us) {
             taken.passed_over += 1;
-        } else if self.is_odd(&line, usual) {
+        } else if self.is_outlying(&line, usual) {
             self.held = Some(line);
         } else {
             self.accept(line, &mut taken);
@@ -135,15 +135,15 @@ impl HeldLine {
         }
         let largest = self.steps.iter().copied().max().unwrap_or(0);
         largest
-            .saturating_mul(ODD_COUNTS)
+            .saturating_mul(OUTLYING_COUNTS)
             .saturating_add(CHATTER_COUNTS)
     }
 
-    fn is_odd(&self, line: &Line, usual: ExpectedTiming) -> bool {
+    fn is_outlying(&self, line: &Line, usual: ExpectedTiming) -> bool {
         let Some((last_us, counts)) = self.last else {
             return false;
         };
-        let longest_us = (ODD_STEPS * usual.sample_time_us as f64) as i64 + usual.coarse_us;
+        let longest_us = (OUTLYING_STEPS * usual.sample_time_us as f64) as i64 + usual.coarse_us;
         let step_us = line.at_us.saturating_sub(last_us);
         let is_odd_time = usual.is_boards && (step_us < 0 || step_us > longest_us);
         is_odd_time || counts.abs_diff(line.sample.counts) > self.usual_counts()
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn an_odd_line_is_passed_over_and_two_that_agree_are_not() {
+    fn one_outlying_line_is_skipped_and_two_consistent_ones_are_kept() {
         let sound: Vec<(i64, i64)> = (0..10).map(|k| (5 * k, 6 * k)).collect();
         assert_eq!(written(&sound), (sound.clone(), 0, false));
         // A doubled, lost or changed digit in the time; an additional digit in the count; another program's line.

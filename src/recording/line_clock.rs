@@ -49,13 +49,13 @@ pub(super) fn are_enough(lines: &[(TextSample, u64)], end_us: u64) -> bool {
 
 /// Whether these lines suffice if the sample time is given: two of them show that the clock is fine, or there is
 /// none.
-pub(super) fn told(lines: &[(TextSample, u64)], told_us: i64) -> bool {
+pub(super) fn told(lines: &[(TextSample, u64)], stated_us: i64) -> bool {
     let Some(times) = times(lines) else {
         return true;
     };
     let is_told = |pair: &[i64]| {
         let step_us = pair[1].saturating_sub(pair[0]);
-        2 * step_us > told_us && 2 * step_us < 3 * told_us
+        2 * step_us > stated_us && 2 * step_us < 3 * stated_us
     };
     times.windows(2).any(is_told) || lines.len() >= FEW_LINES
 }

@@ -235,7 +235,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn flags_read_back_as_they_were_written() {
+    fn written_flags_are_read_back_unchanged() {
         for bits in 0..64_u8 {
             let flags = Flags {
                 overrun: bits & 1 != 0,

@@ -48,14 +48,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_count_is_the_handouts_resolution() {
+    fn one_count_is_the_resolution_of_the_handout() {
         // Lab handout: 2 pi / (720 TS), 0.29 rad/s at 0.03 s and 2.9 rad/s at 0.003 s.
         assert!((velocity_rad_s(1.0, 1, 720.0, 0.03) - 0.290_888_208_665_721_6).abs() < 1e-12);
         assert!((velocity_rad_s(1.0, 1, 720.0, 0.003) - 2.908_882_086_657_216).abs() < 1e-12);
     }
 
     #[test]
-    fn a_loss_divides_by_the_samples_really_elapsed() {
+    fn a_loss_divides_by_the_elapsed_samples() {
         let v = difference_velocities(&[0, 2, 8], Some(&[0, 1, 4]), 720.0, 0.03);
         assert_eq!(v[0], None);
         assert_eq!(v[1], v[2]);

@@ -194,7 +194,7 @@ impl RunWriter {
         let places = [PathBuf::new(), std::env::temp_dir()];
         let copy = places.iter().find_map(|place| {
             let (mut file, path) = create_free(&place.join(name)).ok()?;
-            let copied = copy_whole(&self.file, &mut file);
+            let copied = copy_all(&self.file, &mut file);
             copied.ok().map(|()| (file, path))
         });
         let Some((file, rescued)) = copy else {
@@ -274,7 +274,7 @@ fn fill(buffer: &mut Vec<u8>, mut length: usize) {
 }
 
 /// Copies all of `from` into `to`, which is left at its end.
-fn copy_whole(mut from: &File, to: &mut File) -> io::Result<()> {
+fn copy_all(mut from: &File, to: &mut File) -> io::Result<()> {
     use std::io::Seek;
     from.rewind()?;
     io::copy(&mut from, to)?;

@@ -379,11 +379,11 @@ impl Intake {
 }
 
 /// Whether both describe the same board; its sample time may have been set in between.
-pub(super) fn is_same_board(known: &Hello, said: &Hello) -> bool {
+pub(super) fn is_same_board(known: &Hello, heard: &Hello) -> bool {
     let sample_time_us = known.sample_time_us;
     *known
         == Hello {
             sample_time_us,
-            ..*said
+            ..*heard
         }
 }

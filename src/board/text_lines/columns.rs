@@ -342,7 +342,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_as_sketches_print_them() {
+    fn common_column_names_of_sketches_are_recognized() {
         for (name, column) in [
             ("t_us", Column::TimeMicros),
             ("Time [us]", Column::TimeMicros),
@@ -363,14 +363,14 @@ mod tests {
     }
 
     #[test]
-    fn every_printed_name_is_read_back() {
+    fn every_printed_name_is_recognized() {
         for &(_, column) in NAMES {
             assert_eq!(Column::from_name(column.name()), Some(column));
         }
     }
 
     #[test]
-    fn errors_say_what_to_do() {
+    fn errors_have_hints() {
         assert_eq!(
             Columns::parse("t_us,cuonts"),
             Err(ColumnError::Unknown {

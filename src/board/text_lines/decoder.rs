@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn given_columns_beat_labels_and_a_clash_is_no_sample() {
+    fn given_columns_take_precedence_over_labels_and_a_conflict_is_no_sample() {
         let columns = Columns::parse("t_ms,counts,pwm").unwrap();
         let mut decoder = TextDecoder::new(Some(columns));
         let found = events(&mut decoder, "T:20 ENC:-17 PWM:255\nT=40 A0=1 ENC=3\n");
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_tells_the_columns_and_banners_are_passed_over() {
+    fn a_header_names_the_columns_and_banners_are_skipped() {
         let mut decoder = TextDecoder::new(None);
         let found = events(
             &mut decoder,
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_without_known_columns_are_not_guessed_at() {
+    fn lines_without_known_columns_are_not_decoded() {
         let mut decoder = TextDecoder::new(None);
         let found = events(&mut decoder, "1 2 3\n");
         assert!(matches!(
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torn_line_is_passed_over_and_the_next_is_whole() {
+    fn a_torn_line_is_skipped_and_the_next_is_decoded() {
         let columns = Columns::parse("t_us,counts").unwrap();
         let mut decoder = TextDecoder::new(Some(columns));
         let found = events(&mut decoder, "300,1\n33\n900,3\n9x0,4\n");
@@ -413,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_never_ends_takes_no_more_memory_than_one_line() {
+    fn an_endless_line_needs_the_memory_of_one_line() {
         let mut decoder = TextDecoder::new(None);
         for _ in 0..10 * MAX_LINE_BYTES {
             assert_eq!(decoder.push(b'7'), None);
@@ -431,7 +431,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
+        fn arbitrary_bytes_do_not_make_the_decoder_panic(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
             let mut decoder = TextDecoder::new(None);
             for byte in bytes {
                 decoder.push(byte);

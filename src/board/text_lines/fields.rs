@@ -48,12 +48,14 @@ impl<'a> Field<'a> {
     pub(super) fn contradicts(&self, column: Column) -> bool {
         let times = [Column::TimeSeconds, Column::TimeMillis, Column::TimeMicros];
         let unit = self.parts().map_or("", |parts| parts.1);
-        let said = Field {
+        let of_label = Field {
             label: Some("t"),
             ..*self
         }
         .column();
-        !unit.is_empty() && times.contains(&column) && said.is_some_and(|said| said != column)
+        !unit.is_empty()
+            && times.contains(&column)
+            && of_label.is_some_and(|of_label| of_label != column)
     }
 
     /// The number and its unit.
@@ -182,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_brackets_and_quotation_marks_are_no_part_of_a_number() {
+    fn units_brackets_and_quotation_marks_are_stripped_from_numbers() {
         let numbers =
             |text: &str| -> Vec<Option<f64>> { split(text).iter().map(Field::number).collect() };
         let expected = [Some(20.0), Some(3.0), Some(-255.0)];
@@ -210,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_behind_a_number_is_that_of_its_label() {
+    fn the_unit_after_a_number_belongs_to_its_label() {
         let columns =
             |text: &str| -> Vec<Option<Column>> { split(text).iter().map(Field::column).collect() };
         assert_eq!(

@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn signals_of_one_time_are_a_line() {
+    fn signals_with_one_time_are_one_line() {
         let mut teleplot = Teleplot::default();
         let mut rows = Vec::new();
         for line in [

@@ -76,7 +76,7 @@ const TURN: Duration = Duration::from_millis(20);
 const LONGEST_TURN: Duration = Duration::from_millis(50);
 
 /// Polling period for the opening of the port.
-const LOOK_AGAIN: Duration = Duration::from_millis(2);
+const POLL_EVERY: Duration = Duration::from_millis(2);
 
 /// A running virtual board; dropping it unplugs it.
 #[derive(Debug)]
@@ -216,7 +216,7 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
     fn run(mut self, stop: &AtomicBool) -> io::Result<()> {
         while !stop.load(Ordering::Relaxed) && !self.hung_up {
             if !self.turn()? {
-                thread::sleep(LOOK_AGAIN);
+                thread::sleep(POLL_EVERY);
             }
         }
         self.board_side

@@ -1,6 +1,6 @@
 //! A virtual board that runs in turns of a page's event loop, which has no threads.
 
-use super::{Bench, LOOK_AGAIN, Location, Running, VirtualBoardOptions, channel};
+use super::{Bench, Location, POLL_EVERY, Running, VirtualBoardOptions, channel};
 use crate::platform::time::{JoinHandle, sleep, spawn};
 
 /// A running virtual board; dropping it unplugs it.
@@ -18,7 +18,7 @@ impl VirtualBoardOnPage {
         let turns = spawn(async move {
             // A failing line is closed.
             while !running.hung_up && running.turn().is_ok() {
-                sleep(LOOK_AGAIN).await;
+                sleep(POLL_EVERY).await;
             }
         });
         Self {

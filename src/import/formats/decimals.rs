@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_tables_are_none() {
+    fn plain_tables_are_not_recognized() {
         for log in [
             "t,u\n0,1\n1,2\n2,3\n3,4\n",
             "t,u\n0,1,2,3\n0,1,2,30\n0,1,2,3\n0,1,2,3\n",

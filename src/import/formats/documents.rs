@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn what_topic_echo_prints_is_rows() {
+    fn documents_of_topic_echo_are_rows() {
         let block = |s: u32, ns: u32, x: f64| {
             format!(
                 "header:\n  stamp:\n    sec: {s}\n    nanosec: {ns}\n  frame_id: ''\nname:\n- wheel\nposition:\n- {x}\nvelocity:\n- 0.0\neffort:\n- 6.0\n---\n"
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_several_lines_are_documents_and_rows_of_one_are_none() {
+    fn only_rows_of_several_lines_are_documents() {
         let rows = "Position: 10\nSpeed: 5\n\nPosition: 11\nSpeed: 6\n\n";
         assert_eq!(text(rows), "\"Position\",\"Speed\"\n10,5\n11,6\n");
         for none in [

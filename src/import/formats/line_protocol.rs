@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_columns_and_series_are_told_apart() {
+    fn fields_are_columns_and_series_are_separate() {
         let log = "motor,id=left pos=3i,pwm=255,mode=\"a b\" 1690000000000000000\nmotor,id=left pos=4i,on=t 1690000000010000000\n";
         assert_eq!(
             text(log),
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_of_other_logs_are_none() {
+    fn labels_of_other_logs_are_not_recognized() {
         for none in [
             "Motor pos=1 pwm=2\nMotor pos=2 pwm=3\n",
             "pos=1,pwm=2 t=3 1690000000\npos=1,pwm=2 t=3 1690000000\n",

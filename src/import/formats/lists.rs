@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn signals_a_line_are_columns() {
+    fn a_signal_per_line_is_a_column() {
         let list = |between: &str, scale: f64| {
             let numbers: Vec<String> = (0..30)
                 .map(|k| (f64::from(k) * scale).to_string())

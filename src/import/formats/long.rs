@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_with_a_column_of_words_are_none() {
+    fn tables_with_a_column_of_words_are_not_recognized() {
         for none in [
             "time,name,value\n0,1,2\n1,2,3\n2,3,4\n3,4,5\n",
             "time,mode,counts\n0,a,2\n1,b,3\n2,a,4\n3,b,5\n",

@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_that_contradict_themselves_are_no_objects_or_lack_some() {
+    fn contradictory_cells_cause_no_panic() {
         for at in 0..200 {
             for byte in [0, 1, 5, 127, 255] {
                 let mut cells = two();

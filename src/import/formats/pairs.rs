@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_tables_are_none() {
+    fn plain_tables_are_not_recognized() {
         for log in [
             "a,b,c,d\n0,1,2,3\n0,1,2,3\n0,1,2,3\n0,1,2,3\n",
             "X,Y,X,Y\n0,1,2,3\n0,1,2,3\n0,1,2,3\n0,1,2,3\n",

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_tables_are_none() {
+    fn plain_tables_are_not_recognized() {
         for log in [
             "Start,Increment,n\n0,1,2\n0,1,3\n",
             "t0,tinc,n\ns,s,-\n0,1,2\n",

@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_said() {
+    fn sizes_that_do_not_fit_are_errors() {
         assert_eq!(
             columns(&[3, 1], 2, true),
             Err("whose data are 3 by 1 and times 2".to_owned())
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn units_of_time_are_read_as_matlab_writes_them() {
+    fn units_of_time_of_matlab_are_recognized() {
         assert_eq!(seconds_in("Hours"), Some(3600.0));
         assert_eq!(seconds_in("milliseconds"), Some(1e-3));
         assert_eq!(seconds_in("fortnights"), None);

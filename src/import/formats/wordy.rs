@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_tables_and_words_that_change_are_none() {
+    fn plain_tables_and_changing_words_are_not_recognized() {
         for none in [
             "t,n\n0,1\n1,2\n2,3\n3,4\n",
             "t,dir,u\n0,CW,5 V\n1,CW,5 V\n2,CCW,5 V\n3,CW,5 V\n",

@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_files_say_their_command() {
+    fn commands_are_read_from_file_names() {
         for (name, commands) in [
             ("step_12V.csv", vec!["12V"]),
             ("9.5V.csv", vec!["9.5V"]),

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn the_step_of_a_speed_is_read_off_its_digits() {
+    fn the_step_of_a_speed_is_found_from_its_digits() {
         for (step, digits) in [
             (0.1875, 3),
             (5.0 / 3.0, 2),
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_steps_has_none() {
+    fn continuous_values_have_no_step() {
         let filtered: Vec<f64> = (0..400)
             .map(|k| 300.0 * (1.0 - (-0.01 * f64::from(k)).exp()))
             .collect();

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn clocks_are_told_from_other_columns() {
+    fn clocks_are_separated_from_other_columns() {
         assert_eq!(of(|k| 10.0 * k as f64), Readings::Rising);
         // Two blocks.
         assert_eq!(of(|k| (k % 100) as f64), Readings::Rising);

@@ -214,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_and_units_are_said_in_one_word() {
+    fn columns_and_units_are_parsed_from_one_word() {
         let none = |_: &str| false;
         let parse = |text| ColumnSaid::parse("--time", Role::Time, text, none);
         let found = parse("t_us:us").expect("good");
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_are_known_are_said_in_one_word() {
+    fn known_steps_are_parsed_from_one_word() {
         let steps = Steps::parse("7V@0.95s").expect("good").expect("steps");
         assert_eq!(
             (steps.unit, steps.points),

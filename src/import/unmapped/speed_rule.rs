@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_motor_decides_nothing() {
+    fn data_of_no_motor_decide_no_rule() {
         let noise = |k: usize| ((k * k * 7919) % 101) as f64 - 50.0;
         let rows: Vec<Row> = (0..300)
             .map(|k| Row {

@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn thousands_are_told_from_decimals() {
+    fn thousands_separators_are_separated_from_decimals() {
         assert_eq!(mark(&["0;990,000", "10,000;1,000,000"], b','), Some(b','));
         assert_eq!(mark(&["990;5", "1,002;5", "1,014;6"], b','), Some(b','));
         assert_eq!(mark(&["990;5", "1.002;5", "1.014;6"], b'.'), Some(b'.'));
