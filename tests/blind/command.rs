@@ -33,7 +33,7 @@ fn json(text: &str) -> Value {
 }
 
 #[test]
-fn arranged_recordings_are_sealed_judged_and_scored() {
+fn prepared_recordings_are_sealed_judged_and_scored() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
     spy(here);
@@ -138,7 +138,7 @@ fn sealing_needs_no_more_than_runs_and_a_label() {
 }
 
 #[test]
-fn made_cases_come_again_from_their_seed_and_do_not_tell_it() {
+fn generated_cases_are_reproduced_from_their_seed_and_do_not_contain_it() {
     let keep = tempfile::tempdir().expect("a directory");
     let make = |name: &str| {
         let fixed = [
@@ -161,7 +161,7 @@ fn made_cases_come_again_from_their_seed_and_do_not_tell_it() {
 }
 
 #[test]
-fn a_diagnosers_version_sees_nothing_and_is_heard_up_to_a_line() {
+fn a_diagnosers_version_call_gets_no_case_and_is_read_up_to_one_line() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
     let made = ["blind", "make", "--cases", "1", "--seed", "3", "set"];
@@ -202,7 +202,7 @@ fn a_diagnosers_version_sees_nothing_and_is_heard_up_to_a_line() {
 }
 
 #[test]
-fn without_the_head_the_order_is_not_proved_and_markdown_is_text() {
+fn without_the_chain_head_the_order_is_not_proved_and_markdown_is_text() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
     spy(here);

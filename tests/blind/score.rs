@@ -200,7 +200,7 @@ fn scored() -> Score {
 }
 
 #[test]
-fn each_verdict_bears_as_it_should() {
+fn each_verdict_is_scored_as_documented() {
     let bearings: Vec<Bearing> = judged().1.iter().map(|j| j.bearing).collect();
     use Bearing::{Missed, Named, Partly, Tied};
     assert_eq!(
@@ -227,7 +227,7 @@ fn shares_are_counted_by_kind() {
 }
 
 #[test]
-fn strengths_and_confusion_hold_each_case_once() {
+fn strengths_and_confusion_count_each_case_once() {
     let score = scored();
     let rows: Vec<_> = score
         .by_strength
@@ -308,7 +308,7 @@ fn probabilities_are_scored_as_defined() {
 }
 
 #[test]
-fn intervals_claims_and_times_are_summed_up() {
+fn intervals_claims_and_times_are_summarized() {
     let score = scored();
     // Torque in, speed out, phase in (6.2 to 6.5 is -0.08 to 0.22 plus one turn), torque at the end.
     assert_eq!(score.coverage.intervals, share(3, 4));
@@ -325,7 +325,7 @@ fn intervals_claims_and_times_are_summed_up() {
 }
 
 #[test]
-fn text_and_page_account_for_every_miss() {
+fn text_and_page_list_every_miss() {
     let score = scored();
     let missed: Vec<&str> = (score.cases.iter().filter(|j| !j.is_right()))
         .map(|j| j.case.as_str())

@@ -115,7 +115,7 @@ impl Diagnoser for Stub {
 }
 
 #[test]
-fn commitments_are_salted_hashes_that_anyone_can_check() {
+fn commitments_are_salted_hashes_that_can_be_verified() {
     let set = Set::new();
     let manifest = Manifest::read(&set.directory).expect("a manifest");
     let labels = Labels::read(&set.labels).expect("labels");
@@ -136,7 +136,7 @@ fn commitments_are_salted_hashes_that_anyone_can_check() {
 }
 
 #[test]
-fn nothing_in_the_set_tells_a_label() {
+fn no_file_of_the_set_contains_a_label() {
     let set = Set::new();
     set.run();
     let labels = Labels::read(&set.labels).expect("labels");
@@ -185,7 +185,7 @@ fn labels_inside_the_set_are_refused() {
 }
 
 #[test]
-fn labels_may_be_away_while_cases_are_judged() {
+fn labels_may_be_absent_while_cases_are_judged() {
     let set = Set::new();
     let away = set.labels.with_extension("away");
     fs::rename(&set.labels, &away).expect("moved");
@@ -301,7 +301,7 @@ fn a_verdict_newer_than_the_opening_is_refused() {
 }
 
 #[test]
-fn a_hash_written_down_must_be_the_chains() {
+fn a_recorded_hash_must_be_in_the_chain() {
     let set = Set::new();
     let head = set.run().head().to_owned();
     let other = open(&set.directory, &set.labels, Some(&"ab".repeat(32)));
@@ -360,7 +360,7 @@ fn cases_are_added_to_a_set_until_it_is_opened() {
 }
 
 #[test]
-fn a_slip_of_the_pen_is_no_label() {
+fn a_misspelt_label_is_refused() {
     let slip = Truth::from_words("stribek")
         .expect_err("no effect")
         .to_string();

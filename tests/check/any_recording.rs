@@ -115,7 +115,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn every_recording_has_an_answer(runs in prop::collection::vec(runs(), 1..4), is_given in any::<bool>()) {
+    fn every_recording_has_a_result(runs in prop::collection::vec(runs(), 1..4), is_given in any::<bool>()) {
         let motor = Motor::default();
         let findings = check(&runs, is_given.then_some(&motor));
         for finding in findings {
@@ -125,7 +125,7 @@ proptest! {
 }
 
 #[test]
-fn no_recording_and_an_empty_one_have_an_answer() {
+fn no_recording_and_an_empty_one_have_a_result() {
     assert!(check(&[], None).is_empty());
     let found = check(&[Run::default()], None);
     assert_eq!(found.len(), 1);

@@ -167,7 +167,7 @@ fn speeds(run: &Run, positions: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn speeds_between_edges_are_named_whether_0_or_kept() {
+fn speeds_between_edges_are_named_whether_0_or_held() {
     let (run, positions) = turning(0.01, 400, levels([6.0, 0.0]), |_| true);
     let speeds = speeds(&run, &positions);
     assert_eq!(
@@ -343,7 +343,7 @@ fn edges_lost_at_random_in_one_direction_are_named_with_their_share() {
 }
 
 #[test]
-fn a_counter_that_is_set_to_0_in_mid_run_is_fatal() {
+fn a_counter_that_is_set_to_0_during_the_run_is_fatal() {
     for volts in [0.55, 1.0, 6.0, -6.0] {
         let (mut run, _) = turning(0.003, 1300, levels([volts, volts, volts]), |_| true);
         assert_eq!(of_kind(&run, Kind::CounterReset), [], "{volts}");
@@ -362,7 +362,7 @@ fn a_counter_that_is_set_to_0_in_mid_run_is_fatal() {
 
 /// No effect of the catalogue at its default strength is a fault of the recording.
 #[test]
-fn no_effect_of_the_catalogue_is_one_of_these() {
+fn no_effect_of_the_catalogue_has_one_of_these_findings() {
     let mut alarms = Vec::new();
     let motors = catalogue().iter().map(|kind| {
         let mut motor = Motor::default();

@@ -482,7 +482,7 @@ fn coarse(
 
 /// A coarse encoder shows no motion at a reversal, under the command that reverses the shaft.
 #[test]
-fn a_coarse_encoder_under_a_chirp_is_no_drive_that_is_off() {
+fn a_coarse_encoder_under_a_chirp_is_not_reported_as_a_drive_that_is_off() {
     let mut found = String::new();
     let mut runs = 0;
     for profile in ["chirp", "square", "reversing"] {
@@ -522,7 +522,7 @@ fn reversed_are_found(sound: &[Run]) -> String {
 
 /// A load behind play or a soft coupling lets the motor start earlier; only a late column is a late command.
 #[test]
-fn no_effect_is_taken_for_a_late_command() {
+fn no_effect_is_reported_as_a_late_command() {
     let late = |run: &Run| {
         let findings = check(std::slice::from_ref(run), None);
         findings.iter().any(|f| f.id == Kind::CommandLate)

@@ -58,7 +58,7 @@ fn a_few_samples_are_too_short() {
 }
 
 #[test]
-fn the_command_prints_what_it_finds_and_a_fatal_finding_is_its_exit_status() {
+fn the_command_prints_its_findings_and_a_fatal_one_sets_the_exit_status() {
     let directory = tempfile::tempdir().expect("a directory");
     written(&turning(&step(12)), directory.path(), "short.csv");
     written(&turning(&step(600)), directory.path(), "sound.csv");
@@ -211,7 +211,7 @@ fn multiples_units_constants_dither_and_motion_before_the_start_are_found() {
 }
 
 #[test]
-fn a_position_in_another_unit_than_said_is_seen_against_the_motor_file() {
+fn a_position_in_a_wrong_unit_is_found_by_the_motor_file() {
     let motor = motorlab::motor::Motor::default();
     let t_s: Vec<f64> = (0..2000).map(|k| 0.003 * f64::from(k)).collect();
     let command: Vec<f64> = (0..2000)
@@ -256,7 +256,7 @@ fn a_position_in_another_unit_than_said_is_seen_against_the_motor_file() {
 }
 
 #[test]
-fn swapped_wires_stop_a_diagnosis_and_are_said_by_import_and_compare() {
+fn swapped_wires_stop_a_diagnosis_and_are_reported_by_import_and_compare() {
     let folder = tempfile::tempdir().expect("a folder");
     let case = concat!(
         env!("CARGO_MANIFEST_DIR"),

@@ -151,8 +151,8 @@ const DOCUMENTED: [(&str, Kind); 5] = [
 ];
 
 #[test]
-fn real_recordings_have_what_is_documented_of_them() {
-    let Some(folder) = support::real_recordings("real_recordings_have_what_is_documented_of_them")
+fn real_recordings_have_their_documented_findings() {
+    let Some(folder) = support::real_recordings("real_recordings_have_their_documented_findings")
     else {
         return;
     };

@@ -50,7 +50,7 @@ fn of_kind(run: &Run, kind: Kind) -> Vec<Finding> {
 }
 
 #[test]
-fn a_time_unit_that_is_off_by_a_thousand_is_fatal_both_ways() {
+fn a_time_unit_wrong_by_1000_is_fatal_in_both_directions() {
     for step_s in [0.003, 0.01, 0.03] {
         for profile in ["step", "reversing"] {
             for factor in [1e3, 1e6, 1e-3, 1e-6] {
@@ -70,7 +70,7 @@ fn a_time_unit_that_is_off_by_a_thousand_is_fatal_both_ways() {
 }
 
 #[test]
-fn a_stated_sample_time_is_held_against_the_times_and_their_own_median_is_not() {
+fn a_stated_sample_time_is_compared_with_the_times_and_their_median_is_not() {
     for ratio in [0.1, 0.97, 1.03, 2.0] {
         let mut run = handout("step", 0.004, 500);
         run.sample_time_s *= ratio;
@@ -84,7 +84,7 @@ fn a_stated_sample_time_is_held_against_the_times_and_their_own_median_is_not() 
 }
 
 #[test]
-fn a_clock_that_is_off_by_the_hosts_is_found() {
+fn a_clock_rate_error_relative_to_the_host_is_found() {
     for rate in [-0.05, -0.01, 0.02, 0.08] {
         let mut run = handout("step", 0.005, 1000);
         let host = run.t_s.iter().map(|t| 7.0 + t * (1.0 + rate)).collect();
@@ -99,7 +99,7 @@ fn a_clock_that_is_off_by_the_hosts_is_found() {
 }
 
 #[test]
-fn a_counter_that_goes_round_is_found_whatever_its_width_and_sign() {
+fn a_counter_that_wraps_is_found_for_every_width_and_sign() {
     for bits in [8_u32, 12, 16, 24, 32] {
         let range = 1_i64 << bits;
         for sign in [1, -1] {
@@ -128,7 +128,7 @@ fn a_counter_that_goes_round_is_found_whatever_its_width_and_sign() {
 }
 
 #[test]
-fn a_counter_that_was_set_back_once_did_not_go_round() {
+fn a_counter_that_was_reset_once_did_not_wrap() {
     let mut run = handout("step", 0.003, 800);
     let reached = run.counts[500];
     run.counts[500..].iter_mut().for_each(|n| *n -= reached);
@@ -136,7 +136,7 @@ fn a_counter_that_was_set_back_once_did_not_go_round() {
 }
 
 #[test]
-fn a_pause_is_found_and_a_counter_that_can_go_round_in_it_unseen_is_fatal() {
+fn a_pause_is_found_and_is_fatal_where_the_counter_may_wrap_in_it() {
     for (range, fatal) in [(256, true), (65_536, false)] {
         let mut run = handout("step", 0.003, 900);
         for k in 300..run.len() {
@@ -175,7 +175,7 @@ fn losing(command_v: f64, rate_hz: f64) -> Run {
 }
 
 #[test]
-fn edges_that_are_lost_at_speed_are_found_in_one_run_and_among_runs() {
+fn edges_lost_at_high_speed_are_found_within_and_across_runs() {
     let one = of_kind(&losing(12.0, 8000.0), Kind::EdgesLostAtSpeed);
     assert_eq!(one.len(), 1);
     assert!(
@@ -197,7 +197,7 @@ fn edges_that_are_lost_at_speed_are_found_in_one_run_and_among_runs() {
 }
 
 #[test]
-fn nothing_of_time_or_counter_is_found_in_sound_simulations() {
+fn sound_simulations_have_no_finding_about_time_or_counter() {
     let mine = [
         Kind::TimeUnit,
         Kind::SampleTimeContradicts,

@@ -9,7 +9,7 @@ fn written(folder: &Path, name: &str, text: &str) {
 }
 
 #[test]
-fn without_arguments_the_program_says_shortly_what_it_does() {
+fn without_arguments_the_program_prints_a_short_summary() {
     let folder = tempfile::tempdir().expect("a folder");
     let done = run(folder.path(), &[]);
     assert_eq!((done.status, done.messages.as_str()), (Some(0), ""));

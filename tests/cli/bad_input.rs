@@ -94,7 +94,7 @@ fn an_unknown_motor_key_gets_the_nearest_known_one() {
 }
 
 #[test]
-fn a_gap_above_the_limit_is_status_one() {
+fn a_gap_above_the_limit_exits_with_status_1() {
     let directory = tempfile::tempdir().expect("a directory");
     let simulated = ["simulate", "--duration", "0.6", "-o", "run.csv"];
     assert_eq!(run(directory.path(), &simulated).status, Some(0));
@@ -130,7 +130,7 @@ fn a_gap_above_the_limit_is_status_one() {
 }
 
 #[test]
-fn wrong_use_is_status_two_and_says_what_is_right() {
+fn wrong_use_exits_with_status_2_and_a_hint() {
     let directory = tempfile::tempdir().expect("a directory");
     for (arguments, hint) in [
         (&["captur", "virtual:"][..], "capture"),

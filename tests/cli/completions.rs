@@ -130,7 +130,7 @@ fn shells_complete_profiles_columns_and_effects() {
 
 /// Special cases of bash: broken words, quoted words, and completions of the generated script.
 #[test]
-fn bash_completes_the_words_that_it_breaks() {
+fn bash_completes_words_with_word_breaks() {
     if Command::new("bash").arg("--version").output().is_err() {
         eprintln!("skipped: there is no bash");
         return;

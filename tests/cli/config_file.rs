@@ -48,7 +48,7 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn every_command_with_a_key_reads_and_reports_it() {
+fn every_command_with_a_key_applies_and_reports_it() {
     let folder = folder("motor = \"m.toml\"\nsupply = 12\ncounts = 720\n");
     let all = "using runs/motorlab.toml: motor = \"m.toml\", supply = 12 V, counts = 720\n";
     for command in ["check", "compare"] {
@@ -92,7 +92,7 @@ fn every_command_with_a_key_reads_and_reports_it() {
 }
 
 #[test]
-fn the_motor_lies_beside_the_file_and_is_the_one_compared_with() {
+fn the_motor_path_is_relative_to_the_file_and_is_used_by_compare() {
     let folder = folder("motor = \"m.toml\"\n");
     let figures = |arguments: &[&str]| done(run(folder.path(), arguments)).output;
     let configured = figures(&["compare", "runs/run.csv", "--json"]);
@@ -112,7 +112,7 @@ fn the_motor_lies_beside_the_file_and_is_the_one_compared_with() {
 }
 
 #[test]
-fn explicit_flags_win_and_no_config_leaves_it_out() {
+fn explicit_flags_take_precedence_and_no_config_ignores_the_file() {
     let folder = folder("supply = 12\npwm_full = 255\n");
     let explicit = ["import", "runs/log.csv", "--supply", "9", "-o", "nine.csv"];
     let said = done(run(folder.path(), &explicit)).messages;
@@ -145,7 +145,7 @@ fn explicit_flags_win_and_no_config_leaves_it_out() {
 }
 
 #[test]
-fn it_is_not_looked_for_in_parents_nor_elsewhere() {
+fn only_the_folder_of_the_log_is_searched() {
     let folder = folder("supply = 12\n");
     let inner = folder.path().join("runs/inner");
     fs::create_dir(&inner).expect("a folder");
@@ -230,7 +230,7 @@ fn every_error_of_the_file_is_one_message() {
 }
 
 #[test]
-fn no_output_takes_its_name() {
+fn no_output_overwrites_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     for force in [&[][..], &["--force"]] {
         let write = ["motor", "--template", "-o", "motorlab.toml"];

@@ -193,7 +193,7 @@ fn every_wrong_use_has_a_hint() {
 
 /// The error names the file and the line; the hint follows once.
 #[test]
-fn a_hint_is_the_last_line_and_is_said_once() {
+fn a_hint_is_the_last_line_and_is_printed_once() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("key.toml"), "resistence_ohm = 3\n").expect("a file");
     let said = run(folder.path(), &["motor", "key.toml"]).messages;

@@ -111,7 +111,7 @@ fn names_of_boards_are_escaped_in_runs_and_pages() {
 }
 
 #[test]
-fn a_name_of_several_lines_is_one_line_wherever_it_is_shown() {
+fn a_name_of_several_lines_is_printed_on_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let name = "a\nb\u{202e}.csv";
     let shown = "a\u{fffd}b\u{fffd}.csv";
@@ -303,7 +303,7 @@ fn forged_files(directory: &Path) -> Vec<(&'static str, String)> {
 }
 
 #[test]
-fn no_command_says_a_name_on_more_than_one_line() {
+fn no_command_prints_a_name_on_more_than_one_line() {
     let directory = tempfile::tempdir().expect("a directory");
     let named = forged_files(directory.path());
     let help = run(directory.path(), &["--help"]);
@@ -349,7 +349,7 @@ fn no_command_says_a_name_on_more_than_one_line() {
 }
 
 #[test]
-fn a_proposed_command_line_is_read_back_by_bash() {
+fn a_proposed_command_line_is_parsed_by_bash_unchanged() {
     let directory = tempfile::tempdir().expect("a directory");
     let name = "a\n it's\u{1b} b.csv";
     let log = "time_ms,position,command_v\n0,0,1\n10,1,1\n20,2,1\n30,4,1\n";
@@ -366,6 +366,9 @@ fn a_proposed_command_line_is_read_back_by_bash() {
         .output();
     match read {
         Ok(read) => assert_eq!(String::from_utf8_lossy(&read.stdout), name, "{word}"),
-        Err(_) => support::skip("a_proposed_command_line_is_read_back_by_bash", "no bash"),
+        Err(_) => support::skip(
+            "a_proposed_command_line_is_parsed_by_bash_unchanged",
+            "no bash",
+        ),
     }
 }

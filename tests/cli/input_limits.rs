@@ -53,7 +53,7 @@ fn is_refused(done: &Finished, arguments: &[&str], named: &str) {
 }
 
 #[test]
-fn a_file_without_an_end_or_of_one_long_line_is_refused() {
+fn endless_files_and_one_long_line_are_refused() {
     let directory = tempfile::tempdir().expect("a directory");
     let long = directory.path().join("./long.csv");
     let line = [HEADER.as_bytes(), &vec![b'7'; 10_000_000]].concat();
@@ -89,7 +89,7 @@ fn other_encodings_and_other_files_are_refused() {
 }
 
 #[test]
-fn numbers_at_the_edge_of_what_can_be_written_make_no_panic() {
+fn numbers_at_the_limits_of_their_format_cause_no_panic() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("run.csv");
     let rows = [
@@ -187,7 +187,7 @@ impl Read for Repeated {
 }
 
 #[test]
-fn a_hundred_megabytes_between_quotation_marks_are_not_gathered() {
+fn a_hundred_megabytes_between_quotation_marks_are_not_buffered() {
     let begin = format!("{HEADER}{COLUMNS}0,0,\"");
     let rest = Repeated {
         bytes: b"0.003,0,0\n".repeat(1000),

@@ -67,7 +67,7 @@ fn fixture(name: &str) -> String {
 }
 
 #[test]
-fn every_schema_is_listed_and_printed_as_it_is_in_the_project() {
+fn every_schema_is_listed_and_printed_unchanged() {
     let keep = folder();
     let listed = prints(keep.path(), "schemas", "schema");
     let listed = listed["documents"].as_array().expect("a list").iter();
@@ -101,7 +101,7 @@ fn every_schema_is_listed_and_printed_as_it_is_in_the_project() {
 }
 
 #[test]
-fn every_key_is_described_and_every_key_with_a_unit_says_it_in_words() {
+fn every_key_is_described_and_its_unit_is_stated_in_words() {
     /// Endings of names, with what a description has to contain.
     const UNITS: [(&str, &str); 9] = [
         ("_s", " s"),

@@ -83,7 +83,7 @@ fn with(arguments: &[&'static str], file: &'static str) -> Vec<&'static str> {
 }
 
 #[test]
-fn an_input_a_link_and_a_file_of_somebody_else_stay() {
+fn inputs_links_and_files_of_other_users_are_not_overwritten() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("notes.txt"), "mine").expect("a file");
@@ -395,7 +395,7 @@ fn a_demo_that_fails_leaves_the_runs_of_the_earlier_one() {
 
 /// A simulated run takes the next free name, and with `--force` the place of the run, but never that of its profile.
 #[test]
-fn a_simulated_run_replaces_another_by_force_alone() {
+fn a_simulated_run_replaces_another_only_with_force() {
     let directory = tempfile::tempdir().expect("a directory");
     let here = directory.path();
     let simulate = |ts: &str, more: &[&str]| {

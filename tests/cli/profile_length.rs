@@ -41,7 +41,7 @@ fn every_profile_is_played_for_the_time_in_its_name() {
 }
 
 #[test]
-fn a_file_is_played_to_its_last_row_and_the_call_goes_before() {
+fn a_file_is_played_to_its_last_row_unless_the_call_has_a_duration() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     fs::write(
@@ -65,7 +65,7 @@ fn a_file_is_played_to_its_last_row_and_the_call_goes_before() {
 }
 
 #[test]
-fn rounds_until_the_cause_is_known_are_as_long_as_their_profile() {
+fn rounds_until_known_are_as_long_as_their_profile() {
     let folder = tempfile::tempdir().expect("a folder");
     let words = [
         "capture",

@@ -78,7 +78,7 @@ fn answer(here: &Path, text: &str, threads: &str) -> (String, BTreeMap<String, V
 }
 
 #[test]
-fn one_thread_and_more_come_to_the_same_bits() {
+fn results_are_bit_identical_for_any_number_of_threads() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     // An effect, late samples and a random load: everything that is drawn or summed in parallel.
@@ -143,7 +143,7 @@ fn every_command_that_computes_takes_threads() {
 }
 
 #[test]
-fn no_thread_and_no_number_are_refused() {
+fn zero_threads_and_non_numbers_are_refused() {
     let keep = tempfile::tempdir().expect("a folder");
     for threads in ["0", "-1", "many", "99999999"] {
         let done = run(keep.path(), &["diagnose", "run.csv", "--threads", threads]);

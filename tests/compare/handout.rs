@@ -29,7 +29,7 @@ fn motor(coulomb: bool, viscous: bool) -> Motor {
 }
 
 #[test]
-fn the_handouts_five_curves_are_those_of_the_references() {
+fn the_handouts_five_curves_equal_the_references() {
     for (name, model, coulomb, viscous) in [
         ("first_order_viscous", Model::FirstOrder, false, true),
         ("second_order_viscous", Model::SecondOrder, false, true),
@@ -88,7 +88,7 @@ fn recorded(start_fraction: f64) -> Run {
 }
 
 #[test]
-fn a_run_of_the_same_motor_is_met_down_to_the_encoders_rounding() {
+fn residuals_of_the_same_motor_are_the_quantization() {
     for start in [0.1, 0.5, 0.9] {
         let overlay = compare(&recorded(start), &Motor::default(), Model::FirstOrder).unwrap();
         let error = overlay.figures.position_rmse_counts;
@@ -105,7 +105,7 @@ fn a_run_of_the_same_motor_is_met_down_to_the_encoders_rounding() {
 }
 
 #[test]
-fn a_motor_without_its_friction_leaves_a_gap_that_shows() {
+fn a_motor_without_its_friction_has_a_gap() {
     let overlay = compare(&recorded(0.5), &motor(false, true), Model::FirstOrder).unwrap();
     assert!(
         overlay.figures.position_rmse_counts > 2.0,

@@ -70,7 +70,7 @@ fn stated_differences_are_no_model_error() {
 }
 
 #[test]
-fn a_battery_that_drifts_is_no_gap_where_it_was_measured() {
+fn a_measured_battery_drift_is_no_gap() {
     let motor = Motor::default();
     let volts = |k: usize| 4.5 - 0.9 * k as f64 / 1500.0;
     let command = reversing();
@@ -88,7 +88,7 @@ fn a_battery_that_drifts_is_no_gap_where_it_was_measured() {
 /// Voltage and counts alone determine no torque. A known load does: `R/Kt` is found from a motor file that is wrong
 /// by half, with a disc as well, and in a fit without a motor file.
 #[test]
-fn a_known_load_or_disc_tells_the_torque_constant() {
+fn a_known_load_or_disc_identifies_the_torque_constant() {
     let mut strong = Motor::default();
     strong.parameters.torque_constant_nm_per_a *= 1.5;
     let volts_per_nm =
@@ -124,7 +124,7 @@ fn a_known_load_or_disc_tells_the_torque_constant() {
 }
 
 #[test]
-fn differences_stay_in_the_file_and_unknown_keys_are_named() {
+fn differences_are_kept_in_the_file_and_unknown_keys_are_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut run = run_of(&Motor::default(), &reversing());
     run.header = "[differs]\ninertia_added_kg_m2 = 0.003"
@@ -147,7 +147,7 @@ fn differences_stay_in_the_file_and_unknown_keys_are_named() {
 }
 
 #[test]
-fn the_command_line_says_what_differs_in_which_run() {
+fn the_command_line_states_the_differences_of_each_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut heavier = Motor::default();
     heavier.parameters.inertia_kg_m2 += 0.003;

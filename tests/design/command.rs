@@ -52,7 +52,7 @@ fn a_shorter_sample_time_separates_more() {
 }
 
 #[test]
-fn nothing_is_seen_at_rest() {
+fn a_shaft_at_rest_shows_no_effect() {
     let rest = matrix("--profile rest --ts 0.03 --duration 2");
     let seen = rest["effects"].as_array().expect("effects").len() - 1;
     let unseen = rest["cannot_see"].as_array().expect("a list").len();
@@ -61,7 +61,7 @@ fn nothing_is_seen_at_rest() {
 }
 
 #[test]
-fn bad_plans_and_diagnoses_are_errors_that_say_what_to_do() {
+fn bad_plans_and_diagnoses_are_errors_with_hints() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
     fs::write(
@@ -87,7 +87,7 @@ fn bad_plans_and_diagnoses_are_errors_that_say_what_to_do() {
 }
 
 #[test]
-fn a_diagnosis_says_what_to_record_next() {
+fn a_diagnosis_proposes_the_next_recording() {
     let keep = tempfile::tempdir().expect("a directory");
     let next = r#"{"shape": "motorlab-diagnosis/1", "next_experiment": {"profile": "crawl@0.2,8s",
         "sample_time_s": 0.003, "duration_s": 8.0, "command": "motorlab capture PORT --profile crawl@0.2,8s",

@@ -89,7 +89,7 @@ fn diagnoses(truth: &str, values: &[f64], duration_s: f64) -> Vec<Diagnosis> {
 
 /// Of eight truths on a first step, most are named in the end, and none is contradicted with confidence.
 #[test]
-fn proposed_recordings_lead_to_the_truth() {
+fn proposed_recordings_identify_the_true_effect() {
     let truths: [(&str, &[f64]); 8] = [
         ("transport_delay", &[0.05]),
         ("supply_sag", &[3.0]),

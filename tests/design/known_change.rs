@@ -5,7 +5,7 @@ use std::fs;
 use crate::support::command::run;
 
 #[test]
-fn a_known_load_is_said_with_its_flag() {
+fn a_proposed_known_load_has_its_flag() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
     let why = r#"{"shape": "motorlab-diagnosis/3", "next_experiment": {"profile": "reversing,15s", "sample_time_s": 0.003,

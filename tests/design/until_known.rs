@@ -49,17 +49,17 @@ fn settles(effect: &str) {
 }
 
 #[test]
-fn a_dead_zone_is_known() {
+fn a_dead_zone_becomes_known() {
     settles("dead_zone");
 }
 
 #[test]
-fn backlash_is_known() {
+fn backlash_becomes_known() {
     settles("backlash");
 }
 
 #[test]
-fn driving_free_at_zero_is_known() {
+fn coasting_at_zero_becomes_known() {
     settles("coast_at_zero");
 }
 
@@ -122,7 +122,7 @@ fn ctrl_c_keeps_what_was_recorded() {
 }
 
 #[test]
-fn a_bound_that_is_too_short_and_what_does_not_go_together_are_refused() {
+fn a_bound_that_is_too_short_and_conflicting_options_are_refused() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     for (more, said) in [

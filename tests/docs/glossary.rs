@@ -92,7 +92,7 @@ fn terms_are_sorted_unique_and_defined() {
 }
 
 #[test]
-fn every_key_stands_in_its_schema() {
+fn every_key_is_in_its_schema() {
     let keys: Vec<(String, String)> = rows().into_iter().filter_map(|row| row.key).collect();
     assert!(keys.len() >= 40, "{}", keys.len());
     for (path, link) in keys {

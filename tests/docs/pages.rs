@@ -22,7 +22,7 @@ const DECISIONS_WORDS: usize = 2500;
 const README_LINES: usize = 150;
 
 #[test]
-fn every_link_leads_somewhere() {
+fn every_link_has_a_target() {
     let mut dead = Vec::new();
     let mut seen = 0;
     for page in pages::all() {
@@ -122,7 +122,7 @@ fn tutorial() -> Vec<(Vec<String>, Value)> {
 }
 
 #[test]
-fn the_tutorial_runs_and_finds_what_it_says() {
+fn the_tutorial_runs_with_its_stated_results() {
     let done = tutorial();
     let of = |name: &str| -> Vec<&Value> {
         let named = done.iter().filter(|(arguments, _)| arguments[0] == name);
@@ -243,7 +243,7 @@ fn the_book_is_built_where_mdbook_is() {
 
 /// Pictures have a background of their own, so that they are readable on light and dark pages.
 #[test]
-fn every_picture_lies_on_its_own_paper() {
+fn every_picture_has_a_background() {
     let pictures = files_below(&root().join("docs"));
     let is_drawing = |path: &PathBuf| path.extension().is_some_and(|end| end == "svg");
     let mut bare = pictures.into_iter().filter(is_drawing).filter(|path| {

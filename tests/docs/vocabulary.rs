@@ -381,7 +381,7 @@ fn found_in(
 }
 
 #[test]
-fn pages_have_no_phrase_that_is_read_twice() {
+fn pages_have_no_misread_phrase() {
     let is_page = |path: &Path| path.extension().is_some_and(|end| end == "md");
     let found = found_in(PAGES, 60, is_page, |text| phrases(text, BANNED_IN_PAGES));
     assert!(

@@ -16,7 +16,7 @@ fn document(done: &Finished) -> Value {
 }
 
 #[test]
-fn every_effect_is_listed_by_stage_with_its_numbers_and_its_experiment() {
+fn every_effect_is_listed_by_stage_with_its_parameters_and_its_experiment() {
     let done = in_folder(&["effects"]);
     assert_eq!(done.status, Some(0), "{}", done.messages);
     let mut at = 0;
@@ -47,7 +47,7 @@ fn every_effect_is_listed_by_stage_with_its_numbers_and_its_experiment() {
 }
 
 #[test]
-fn one_effect_a_stage_and_another_motor_can_be_asked_for() {
+fn the_list_can_be_limited_to_an_effect_or_stage_and_another_motor() {
     let all = document(&in_folder(&["effects", "--json"]));
     assert_eq!(all["shape"], "motorlab-effects/1");
     assert_eq!(
@@ -93,7 +93,7 @@ fn one_effect_a_stage_and_another_motor_can_be_asked_for() {
 
 /// The printed command to try an effect runs, and its run differs from the nominal motor's.
 #[test]
-fn the_line_that_shows_an_effect_records_it() {
+fn the_printed_command_line_records_the_effect() {
     let text = in_folder(&["effects", "dead_zone"]).output;
     let line = text
         .lines()
@@ -115,7 +115,7 @@ fn the_line_that_shows_an_effect_records_it() {
 }
 
 #[test]
-fn the_template_is_a_motor_file_that_every_command_reads_without_a_word() {
+fn every_command_reads_the_template_without_a_warning() {
     let folder = tempfile::tempdir().expect("a folder");
     let done = run(folder.path(), &["motor", "--template", "-o", "motor.toml"]);
     assert_eq!(done.status, Some(0), "{}", done.messages);

@@ -205,7 +205,7 @@ fn effects() -> impl Iterator<Item = &'static EffectKind> {
 }
 
 #[test]
-fn the_default_strength_of_each_effect_shows() {
+fn the_default_strength_of_each_effect_is_visible() {
     let mut unseen = Vec::new();
     for kind in effects().filter(|kind| not_identifiable(kind).is_none()) {
         let plan = experiment(kind);

@@ -234,7 +234,7 @@ fn the_documented_table_is_the_registry() {
 }
 
 #[test]
-fn each_effect_has_its_picture_with_a_gap_in_it() {
+fn each_effect_has_a_picture_that_shows_its_gap() {
     for kind in catalogue() {
         let path = reference(&picture(kind));
         if std::env::var_os("UPDATE_DOCS").is_some() {
@@ -268,7 +268,7 @@ fn each_effect_has_its_picture_with_a_gap_in_it() {
 }
 
 #[test]
-fn the_catalogue_is_the_contract() {
+fn the_catalogue_has_the_documented_names() {
     let stages = [
         (
             "command",

@@ -14,7 +14,7 @@ int main(void) {\n    motor_state s;\n    double volts;\n    motor_start(&s);\n\
         printf(\"%.17g\\n\", motor_encoder_angle(&s));\n    }\n    return 0;\n}\n";
 
 #[test]
-fn c_moves_as_the_simulator() {
+fn c_agrees_with_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let cases = cases(directory.path(), 0.1, &["c", "-o", "motor.c"]);
     for case in &cases {
@@ -28,7 +28,7 @@ fn c_moves_as_the_simulator() {
             .output();
         let Ok(compiled) = compiled else {
             support::skip(
-                "export::actuator::c_moves_as_the_simulator",
+                "export::actuator::c_agrees_with_the_simulator",
                 "needs a C compiler, cc",
             );
             return;
@@ -59,12 +59,12 @@ for folder in glob.glob('motor_*'):\n\
 \x20           print(repr(state.encoder_angle_rad), file=angles)\n";
 
 #[test]
-fn python_moves_as_the_simulator() {
+fn python_agrees_with_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let cases = cases(directory.path(), 0.1, &["python", "-o", "motor.py"]);
     if !python(PYTHON_CALLER, directory.path()) {
         support::skip(
-            "export::actuator::python_moves_as_the_simulator",
+            "export::actuator::python_agrees_with_the_simulator",
             "needs python3",
         );
         return;
@@ -98,13 +98,13 @@ for load, moves in ((0.019, False), (0.021, True), (-0.021, True)):\n\
 \x20   assert moves or all(torque == -load for torque in torques), torques\n";
 
 #[test]
-fn friction_holds_a_load_from_outside() {
+fn friction_holds_an_external_load() {
     let directory = tempfile::tempdir().expect("a folder");
     let exported = run(directory.path(), &["export", "python", "-o", "motor.py"]);
     assert_eq!(exported.status, Some(0), "{}", exported.messages);
     if !python(LOADED, directory.path()) {
         support::skip(
-            "export::actuator::friction_holds_a_load_from_outside",
+            "export::actuator::friction_holds_an_external_load",
             "needs python3",
         );
     }
@@ -158,7 +158,7 @@ fn effects_of_the_recording_are_named() {
 }
 
 #[test]
-fn a_step_that_no_program_has_is_refused() {
+fn an_unusable_time_step_is_refused() {
     let directory = tempfile::tempdir().expect("a folder");
     let motor = "[effects.transport_delay]\ndelay_s = 0.2\n";
     std::fs::write(directory.path().join("motor.toml"), motor).expect("a motor file");

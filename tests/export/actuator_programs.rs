@@ -33,7 +33,7 @@ end
 ";
 
 #[test]
-fn octave_moves_as_the_simulator() {
+fn octave_agrees_with_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let cases = cases(
         directory.path(),
@@ -44,7 +44,7 @@ fn octave_moves_as_the_simulator() {
     let arguments = ["--no-init-file", "--quiet", "caller.m"];
     if !ran("octave-cli", &arguments, directory.path()) {
         support::skip(
-            "export::actuator_programs::octave_moves_as_the_simulator",
+            "export::actuator_programs::octave_agrees_with_the_simulator",
             "needs octave-cli (Debian package octave)",
         );
         return;
@@ -69,13 +69,13 @@ for folder in glob.glob('motor_*'):\n\
 \x20   motor['remove']()\n";
 
 #[test]
-fn mujoco_moves_as_the_simulator() {
+fn mujoco_agrees_with_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let files = ["mujoco", "-o", "motor.xml", "--callback", "motor.py"];
     let cases = cases(directory.path(), 0.1, &files);
     if python_with(
         "mujoco",
-        "actuator_programs::mujoco_moves_as_the_simulator",
+        "actuator_programs::mujoco_agrees_with_the_simulator",
         MUJOCO_CALLER,
         directory.path(),
     ) {
@@ -102,7 +102,7 @@ for _ in range(10): mujoco.mj_step(model, data)\n\
 assert data.qpos[0] == 0.0, data.qpos[0]\n";
 
 #[test]
-fn in_mujoco_friction_holds_a_load_from_outside() {
+fn in_mujoco_friction_holds_an_external_load() {
     let directory = tempfile::tempdir().expect("a folder");
     let asked = [
         "export",
@@ -118,7 +118,7 @@ fn in_mujoco_friction_holds_a_load_from_outside() {
     );
     python_with(
         "mujoco",
-        "actuator_programs::in_mujoco_friction_holds_a_load_from_outside",
+        "actuator_programs::in_mujoco_friction_holds_an_external_load",
         MUJOCO_LOADED,
         directory.path(),
     );
@@ -146,7 +146,7 @@ for folder in glob.glob('motor_*'):\n\
 \x20           print(repr(float(actuator.encoder_angle_rad[0])), file=angles)\n";
 
 #[test]
-fn torch_moves_as_the_simulator() {
+fn torch_agrees_with_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let cases = cases(
         directory.path(),
@@ -155,7 +155,7 @@ fn torch_moves_as_the_simulator() {
     );
     if python_with(
         "torch",
-        "actuator_programs::torch_moves_as_the_simulator",
+        "actuator_programs::torch_agrees_with_the_simulator",
         TORCH_CALLER,
         directory.path(),
     ) {

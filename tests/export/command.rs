@@ -172,7 +172,7 @@ d = mujoco.MjData(m); d.ctrl[0] = 4.5\n\
 for k in range(3000):\n    mujoco.mj_step(m, d)\n    if k % 100 == 99: print(d.qvel[0])\n";
 
 #[test]
-fn mujoco_turns_the_motor_as_its_closed_form_says() {
+fn mujoco_follows_the_closed_form() {
     let directory = directory();
     let exported = run(directory.path(), &["export", "mujoco", "-o", "motor.xml"]);
     assert_eq!(exported.status, Some(0), "{}", exported.messages);
@@ -188,7 +188,7 @@ fn mujoco_turns_the_motor_as_its_closed_form_says() {
     .is_none_or(|text| text.trim() != "1")
     {
         support::skip(
-            "export::mujoco_turns_the_motor_as_its_closed_form_says",
+            "export::mujoco_follows_the_closed_form",
             "needs Python with the package mujoco (MOTORLAB_PYTHON names the interpreter)",
         );
         return;

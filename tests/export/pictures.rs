@@ -106,7 +106,7 @@ fn json_of(directory: &std::path::Path, arguments: &[&str]) -> serde_json::Value
 
 /// Fatal findings come first on the page and on standard output, before the comparison.
 #[test]
-fn a_run_that_is_not_usable_is_said_before_it_is_compared() {
+fn an_unusable_run_is_reported_before_it_is_compared() {
     let directory = tempfile::tempdir().expect("a directory");
     let here = directory.path();
     let simulate = [
@@ -155,7 +155,7 @@ fn a_run_that_is_not_usable_is_said_before_it_is_compared() {
 
 /// Values of a curve under the cursor: the packed value with its decimals.
 #[test]
-fn the_values_that_a_page_tells_are_those_of_the_run() {
+fn values_on_a_page_are_those_of_the_run() {
     let directory = tempfile::tempdir().expect("a directory");
     let here = directory.path();
     let simulate = [

@@ -39,7 +39,7 @@ fn first_lines(directory: &Path, file: &str) -> String {
 }
 
 #[test]
-fn every_file_says_in_its_first_lines_what_is_assumed() {
+fn every_file_states_its_assumptions_in_its_first_lines() {
     let directory = directory(ASSUMED);
     for (format, more, files) in FORMATS {
         let asked = [&["export", format, "--motor", "motor.toml", "--json"], more].concat();
@@ -91,7 +91,7 @@ fn every_file_says_in_its_first_lines_what_is_assumed() {
 }
 
 #[test]
-fn a_motor_file_keeps_that_it_is_assumed_until_it_is_measured() {
+fn a_resistance_stays_assumed_until_it_is_measured() {
     let directory = directory(ASSUMED);
     let shown = run(directory.path(), &["motor", "motor.toml"]);
     assert!(
@@ -181,7 +181,7 @@ fn a_measured_resistance_changes_torques_and_no_motion() {
 }
 
 #[test]
-fn a_fit_of_voltage_and_counts_says_that_it_assumes_the_resistance() {
+fn a_fit_of_voltage_and_counts_states_that_the_resistance_is_assumed() {
     let directory = directory(ASSUMED);
     let simulate = [
         "simulate",

@@ -249,7 +249,7 @@ fn documents_of_the_earlier_shape_are_tabulated() {
 }
 
 #[test]
-fn damaged_documents_are_named_and_passed_over() {
+fn damaged_documents_are_named_and_skipped() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     fs::create_dir(here.join("out")).expect("a folder");
@@ -418,7 +418,7 @@ fn parquet_has_the_cells_of_the_csv() {
 /// A unit with the fault in five of five recordings is first, before one whose friction is outlying in the median;
 /// each recording is linked to its page.
 #[test]
-fn a_fault_in_every_recording_of_a_unit_stands_first() {
+fn a_fault_in_every_recording_of_a_unit_is_listed_first() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     fs::create_dir(here.join("out")).expect("a folder");

@@ -86,7 +86,7 @@ fn seconds_and_their_fraction_in_two_columns_are_one_clock() {
 }
 
 #[test]
-fn nanoseconds_are_a_unit_that_the_steps_tell() {
+fn nanoseconds_are_recognized_by_their_steps() {
     let truth = Truth::steps(0.01, 300);
     let ns = |k: usize| (truth.ms(k) * 1_000_000).to_string();
     for name in ["timestamp", "t_ns", "time [ns]"] {
@@ -120,7 +120,7 @@ fn rows_that_share_a_reading_are_spread() {
 }
 
 #[test]
-fn a_pause_stays_where_a_coarse_clock_has_it() {
+fn a_pause_is_kept_at_its_place_in_a_coarse_clock() {
     let truth = Truth::steps(0.0005, 2000);
     let pause_ms = |k: usize| if k < 1000 { 0 } else { 400 };
     let ms = |k: usize| (k / 2 + pause_ms(k)).to_string();
@@ -131,7 +131,7 @@ fn a_pause_stays_where_a_coarse_clock_has_it() {
 }
 
 #[test]
-fn a_log_that_begins_within_a_reading_has_no_gap_after_it() {
+fn a_log_that_starts_within_a_clock_reading_has_no_gap_after_it() {
     let truth = Truth::steps(0.01, 600);
     // 12:00:00 to 12:00:07: the first reading has 37 rows.
     let stamp = |k: usize| format!("12:00:{:02}", (k + 63) / 100);
@@ -226,7 +226,7 @@ fn a_time_since_the_row_before_is_summed() {
 }
 
 #[test]
-fn a_sample_time_that_contradicts_the_clock_of_the_log_is_said() {
+fn a_sample_time_that_contradicts_the_clock_is_reported() {
     let truth = Truth::steps(0.004, 300);
     let seconds = |k: usize| format!("{:.4}", truth.t_s(k));
     let text = clocked(&truth, "time_s", &[&seconds]);
@@ -248,7 +248,7 @@ fn a_sample_time_that_contradicts_the_clock_of_the_log_is_said() {
 }
 
 #[test]
-fn a_clock_that_falls_too_often_ends_the_import_and_leaves_nothing() {
+fn a_clock_that_decreases_too_often_ends_the_import_without_a_file() {
     let truth = Truth::steps(0.01, 400);
     let ms = |k: usize| (10 * (k % 20)).to_string();
     let text = clocked(&truth, "time_ms", &[&ms]);
@@ -282,7 +282,7 @@ fn minutes_and_seconds_are_one_clock() {
 
 /// Arrivals at a host are late and in bursts.
 #[test]
-fn the_clock_of_the_device_is_taken_before_that_of_the_host() {
+fn the_devices_clock_takes_precedence_over_the_hosts() {
     let truth = Truth::steps(0.01, 300);
     let host = |k: usize| format!("{:.4}", 1.7e9 + truth.t_s(k) + 0.004 * (k % 3) as f64);
     let us = |k: usize| (1000 * truth.ms(k)).to_string();

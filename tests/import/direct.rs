@@ -26,7 +26,7 @@ fn files(directory: &Path) -> usize {
 }
 
 #[test]
-fn a_log_is_taken_where_nothing_has_to_be_asked() {
+fn a_log_without_open_questions_is_diagnosed_directly() {
     let truth = Truth::steps(0.02, 300);
     let directory = tempfile::tempdir().expect("a directory");
     written(directory.path(), "log.csv", &clear_log(&truth));
@@ -53,7 +53,7 @@ fn a_log_is_taken_where_nothing_has_to_be_asked() {
 }
 
 #[test]
-fn else_the_question_has_the_finished_command_of_the_same_kind() {
+fn a_question_has_the_completed_command_line() {
     let truth = Truth::steps(0.02, 300);
     let directory = tempfile::tempdir().expect("a directory");
     written(directory.path(), "log.csv", &truth.counts_log());

@@ -67,7 +67,7 @@ fn agrees(file: &RunFile, rows: std::ops::Range<usize>, sample: &str) {
 }
 
 #[test]
-fn robot_logs_and_workspaces_say_what_they_hold() {
+fn robot_logs_and_workspaces_list_their_content() {
     for sample in [
         "robot.wpilog",
         "vectors.mat",
@@ -79,7 +79,7 @@ fn robot_logs_and_workspaces_say_what_they_hold() {
 }
 
 #[test]
-fn the_signals_of_a_simulation_come_at_their_own_times() {
+fn signals_of_a_simulation_keep_their_own_times() {
     let mut samples = vec!["simulation_output.mat"];
     if cfg!(feature = "formats") {
         samples.push("simulation_output73.mat");
@@ -98,7 +98,7 @@ fn the_signals_of_a_simulation_come_at_their_own_times() {
 
 #[test]
 #[cfg(feature = "formats")]
-fn tables_bags_and_hdf5_say_what_they_hold() {
+fn tables_bags_and_hdf5_list_their_content() {
     for compression in ["snappy", "zstd", "gzip", "lz4"] {
         let said = says_the_truth(&format!("{compression}.parquet"), &[]);
         assert!(said.contains("left out: state"), "{said}");
@@ -126,7 +126,7 @@ fn tables_bags_and_hdf5_say_what_they_hold() {
 }
 
 #[test]
-fn every_test_of_sysid_is_a_run() {
+fn each_test_of_a_sysid_log_is_a_run() {
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), "sysid.json", &["--counts-per-rev", "720"]);
     assert_eq!(finished.status, Some(0), "{}", finished.messages);
@@ -140,7 +140,7 @@ fn every_test_of_sysid_is_a_run() {
 }
 
 #[test]
-fn a_mapping_file_reads_a_table_as_it_reads_text() {
+fn a_mapping_file_applies_to_tables_and_text() {
     let directory = tempfile::tempdir().expect("a directory");
     let flags = ["--counts-per-rev", "720", "--save-map", "map.toml"];
     let finished = import(directory.path(), "vectors.mat", &flags);
@@ -152,7 +152,7 @@ fn a_mapping_file_reads_a_table_as_it_reads_text() {
 }
 
 #[test]
-fn which_of_two_joints_is_asked_with_the_finished_command_line() {
+fn a_choice_of_two_joints_is_asked_with_the_completed_command_line() {
     if cfg!(not(feature = "formats")) {
         return;
     }
@@ -174,7 +174,7 @@ fn which_of_two_joints_is_asked_with_the_finished_command_line() {
 }
 
 #[test]
-fn what_is_known_and_not_read_is_said_with_the_way_to_a_csv() {
+fn known_formats_that_are_not_read_have_a_hint_to_csv() {
     let directory = tempfile::tempdir().expect("a directory");
     let xlsx = b"PK\x03\x04\x14\x00\x06\x00\x08\x00\x00\x00!\x00[Content_Types].xml".as_slice();
     for (bytes, wanted) in [
@@ -208,7 +208,7 @@ fn what_is_known_and_not_read_is_said_with_the_way_to_a_csv() {
 }
 
 #[test]
-fn a_form_is_told_by_its_bytes_and_text_is_none() {
+fn a_format_is_recognized_by_its_bytes_and_text_is_none() {
     for text in [
         "t,pwm\n0,1\n",
         "[12:00:01.5] 1,2\n",
@@ -271,7 +271,7 @@ fn samples() -> Vec<(String, Vec<u8>)> {
 }
 
 #[test]
-fn a_sample_cut_off_anywhere_is_read_or_refused() {
+fn a_file_truncated_anywhere_is_read_or_refused() {
     for (name, bytes) in samples() {
         let cuts = (0..bytes.len()).step_by(bytes.len() / 60 + 1);
         for end in cuts.chain(bytes.len().saturating_sub(40)..bytes.len()) {
@@ -284,7 +284,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_damaged_sample_is_read_or_refused(
+    fn a_damaged_file_is_read_or_refused(
         which in any::<prop::sample::Index>(),
         flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4_usize), 1..6),
     ) {

@@ -23,7 +23,7 @@ fn lines(truth: &Truth, line: impl Fn(u64, i64, i64) -> String) -> String {
 }
 
 #[test]
-fn a_row_a_line_in_any_brackets() {
+fn one_row_per_line_in_any_brackets() {
     let truth = Truth::steps(0.01, 300);
     let unnamed = [
         "--time",
@@ -76,7 +76,7 @@ fn esp_idf_logs_and_colours() {
 }
 
 #[test]
-fn json_an_object_a_line_and_as_a_document() {
+fn json_as_lines_and_as_a_document() {
     let truth = Truth::steps(0.01, 300);
     let object = |t, u, n| format!("{{\"t_ms\": {t}, \"pwm\": {u}, \"counts\": {n}}}");
     holds(&truth, &lines(&truth, object), &[]);
@@ -99,7 +99,7 @@ fn json_an_object_a_line_and_as_a_document() {
 }
 
 #[test]
-fn teleplot_and_a_signal_a_line() {
+fn teleplot_and_one_signal_per_line() {
     let truth = Truth::steps(0.01, 300);
     let counts = ["--position", "pos:counts"];
     let text = lines(&truth, |t, u, n| format!(">pwm:{t}:{u}\n>pos:{t}:{n}"));
@@ -200,7 +200,7 @@ fn lvm_and_a_matrix_as_matlab_prints_it() {
 
 /// The names of the Arduino PID library and of process control.
 #[test]
-fn what_a_controller_puts_out_is_the_command() {
+fn the_output_of_a_controller_is_the_command() {
     let truth = Truth::steps(0.02, 300);
     for names in [
         "millis,Setpoint,Input,Output",
@@ -230,7 +230,7 @@ fn what_a_controller_puts_out_is_the_command() {
 }
 
 #[test]
-fn what_cannot_be_read_says_what_it_is_and_how_it_is_converted() {
+fn unreadable_formats_are_named_with_their_conversion() {
     for (name, content, words) in [
         (
             "log.hoot",
@@ -350,7 +350,7 @@ fn labels_of_several_words_between_bars_after_a_time_in_brackets() {
 }
 
 #[test]
-fn marks_between_thousands_are_no_decimal_commas() {
+fn thousands_separators_are_no_decimal_commas() {
     let truth = Truth::steps(0.01, 300);
     let grouped = |number: i64| {
         let digits = number.abs().to_string();
@@ -376,7 +376,7 @@ fn marks_between_thousands_are_no_decimal_commas() {
 
 /// MegunoLink names each number; MATLAB names a matrix, and not its columns.
 #[test]
-fn megunolink_is_read_and_the_name_of_a_matrix_is_no_column() {
+fn megunolink_is_read_and_a_matrix_name_is_no_column() {
     let truth = Truth::steps(0.01, 300);
     let text = lines(&truth, |_, u, n| {
         format!("{{TIMEPLOT|DATA|counts|T|{n}}}\n{{TIMEPLOT:Motor|DATA|pwm:b|T|{u}}}")

@@ -7,7 +7,7 @@ use crate::support::foreign_logs::{Truth, asked, counts, import, imported, log, 
 const BOTH: [&str; 4] = ["--supply", "12", "--counts-per-rev", "720"];
 
 #[test]
-fn a_number_that_is_read_off_may_be_a_multiple_where_rows_are_averaged() {
+fn an_inferred_number_may_be_a_multiple_where_rows_are_averaged() {
     let truth = Truth::steps(0.02, 400);
     let mean = |k: usize| {
         let counts = truth.counts[k] - truth.counts[k.saturating_sub(3)];
@@ -31,7 +31,7 @@ fn a_number_that_is_read_off_may_be_a_multiple_where_rows_are_averaged() {
 }
 
 #[test]
-fn the_number_of_a_row_is_no_clock() {
+fn a_row_number_is_no_clock() {
     let truth = Truth::steps(0.02, 300);
     let number = |k: usize| k.to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();
@@ -65,7 +65,7 @@ fn the_number_of_a_row_is_no_clock() {
 /// A ramp of a second in some forty counts: the position increases with the command, and its speed does within
 /// quantization.
 #[test]
-fn a_coarse_position_under_a_ramp_is_one() {
+fn a_coarse_position_under_a_ramp_is_recognized() {
     let text: String = (0..100)
         .map(|k| {
             let t = 0.01 * f64::from(k);
@@ -78,7 +78,7 @@ fn a_coarse_position_under_a_ramp_is_one() {
 }
 
 #[test]
-fn counts_since_the_row_before_are_told_from_a_position() {
+fn counts_per_row_are_separated_from_a_position() {
     let truth = Truth::steps(0.02, 400);
     let ms = |k: usize| truth.ms(k).to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();
@@ -113,7 +113,7 @@ fn counts_since_the_row_before_are_told_from_a_position() {
 }
 
 #[test]
-fn the_voltage_in_a_files_name_is_read_however_it_is_written() {
+fn the_voltage_in_a_file_name_is_read_in_every_notation() {
     let truth = Truth::of(0.01, (0..300).map(|k| if k < 100 { 0 } else { 255 }));
     let text: String = (truth.rows())
         .map(|k| format!("{:.3},{}\n", truth.t_s(k), truth.rpm(k)))
@@ -148,7 +148,7 @@ fn the_voltage_in_a_files_name_is_read_however_it_is_written() {
 }
 
 #[test]
-fn an_angle_that_fills_one_turn_is_proposed_in_its_unit_and_goes_round() {
+fn an_angle_within_one_turn_is_proposed_with_its_unit_and_wrap() {
     let truth = Truth::steps(0.1, 300);
     let ms = |k: usize| truth.ms(k).to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();
@@ -179,7 +179,7 @@ fn an_angle_that_fills_one_turn_is_proposed_in_its_unit_and_goes_round() {
 }
 
 #[test]
-fn swapped_wires_are_turned_round_by_a_flag() {
+fn swapped_wires_are_reversed_by_a_flag() {
     let truth = Truth::steps(0.01, 300);
     let ms = |k: usize| truth.ms(k).to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();

@@ -231,7 +231,7 @@ fn labels_may_have_units_behind_their_numbers() {
 }
 
 #[test]
-fn a_board_that_begins_anew_begins_a_run_of_its_own() {
+fn a_board_that_restarts_starts_a_new_run() {
     let truth = Truth::steps(0.005, 400);
     let row = |k: usize| format!("{},{},{}\n", truth.ms(k), truth.pwm[k], truth.counts[k]);
     let rows = |to: usize| (0..to).map(row).collect::<String>();
@@ -263,7 +263,7 @@ fn a_board_that_begins_anew_begins_a_run_of_its_own() {
 }
 
 #[test]
-fn a_saved_mapping_reads_the_next_log_whatever_its_banner() {
+fn a_saved_mapping_reads_logs_with_other_banners() {
     let truth = Truth::steps(0.01, 300);
     let plain = truth.counts_log();
     let directory = tempfile::tempdir().expect("a directory");
@@ -289,7 +289,7 @@ fn a_saved_mapping_reads_the_next_log_whatever_its_banner() {
 }
 
 #[test]
-fn a_command_may_be_a_sum_of_columns_held_to_a_limit() {
+fn a_command_may_be_a_limited_sum_of_columns() {
     let truth = Truth::steps(0.01, 300);
     let ms = |k: usize| truth.ms(k).to_string();
     let goal = |k: usize| format!("{}", (k / 60) as f64 * 4.0);

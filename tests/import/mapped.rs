@@ -78,7 +78,7 @@ fn every_unit_of_position_gives_the_same_counts() {
 }
 
 #[test]
-fn angles_and_clocks_that_go_round_are_made_straight() {
+fn angles_and_clocks_that_wrap_are_unwrapped() {
     let turning = turning();
     let mut log = "us,x\n".to_owned();
     for (k, &n) in (0_u64..).zip(&turning) {
@@ -131,7 +131,7 @@ fn every_unit_of_command_gives_the_same_command() {
 
 /// A staircase of speeds, each measured under the command of its row: a row's speed applies from its time on.
 #[test]
-fn a_speed_of_the_commands_own_step_holds_from_its_row_on() {
+fn a_speed_with_the_commands_step_holds_from_its_row_on() {
     for (rule, expected) in [("forward", [0, 10, 30, 60]), ("backward", [0, 20, 50, 90])] {
         let map = format!(
             "counts_per_rev = 720\n{TIME}{NO_COMMAND}\
@@ -149,7 +149,7 @@ fn a_speed_of_the_commands_own_step_holds_from_its_row_on() {
 
 /// v = a t gives a t^2 / 2, for which the trapezoid rule is exact.
 #[test]
-fn a_log_of_speeds_is_integrated_and_says_so() {
+fn a_log_of_speeds_is_integrated_and_marked() {
     let acceleration_rad_s2 = 30.0;
     let t_s = |k: usize| 0.003 * k as f64;
     for (unit, per_rad_s) in [
@@ -176,7 +176,7 @@ fn a_log_of_speeds_is_integrated_and_says_so() {
 }
 
 #[test]
-fn irregular_times_are_kept_as_they_are() {
+fn irregular_times_are_kept_unchanged() {
     let instants_us = [0, 3000, 6100, 8999, 12_000, 30_000, 33_001, 36_000];
     let mut log = "time;n\n".to_owned();
     for us in instants_us {
@@ -306,7 +306,7 @@ fn bad_rows_are_named_kept_and_counted_as_lost() {
 }
 
 #[test]
-fn what_cannot_be_imported_is_said_with_place_and_way_out() {
+fn logs_that_cannot_be_imported_are_errors_with_place_and_hint() {
     let position = "[position]\ncolumn = \"n\"\nunit = \"counts\"\n";
     let head = format!("counts_per_rev = 720\n{TIME}");
     let log = "t_ms,n\n0,1\n3,2\n";
@@ -399,7 +399,7 @@ fn endless_files_end_with_a_message() {
 
 /// A simulated run in another program's format is recovered.
 #[test]
-fn a_foreign_log_of_a_simulated_run_is_the_run() {
+fn a_foreign_log_of_a_simulated_run_is_imported_as_the_run() {
     let directory = tempfile::tempdir().expect("a directory");
     let simulate = [
         "simulate",
@@ -447,7 +447,7 @@ fn a_foreign_log_of_a_simulated_run_is_the_run() {
 }
 
 #[test]
-fn what_the_readers_refuse_is_said_and_not_written() {
+fn values_that_readers_refuse_are_errors_and_not_written() {
     let map = format!(
         "counts_per_rev = 720\n{TIME}{NO_COMMAND}[position]\ncolumn = \"x\"\nunit = \"counts\""
     );

@@ -6,7 +6,7 @@ use crate::support::command::{RunFile, run};
 use crate::support::foreign_logs::{Truth, asked, counts, import, imported, log, near};
 
 #[test]
-fn a_pwm_beyond_full_scale_is_full_drive_and_said() {
+fn a_pwm_beyond_full_scale_is_full_drive_and_reported() {
     let truth = Truth::of(0.01, (0..300).map(|k| if k < 20 { 0 } else { 312 }));
     let text = truth.counts_log();
     let flags = ["--supply", "12", "--counts-per-rev", "720"];
@@ -115,7 +115,7 @@ fn counters_that_wrap_increments_and_one_channel() {
 }
 
 #[test]
-fn a_speed_is_summed_up_as_it_is_said() {
+fn a_speed_is_integrated_by_the_stated_rule() {
     let truth = Truth::steps(0.01, 400);
     let text = truth.rpm_log("time_ms,pwm,rpm");
     let flags = ["--supply", "12", "--counts-per-rev", "720"];
@@ -170,7 +170,7 @@ fn a_filtered_speed_is_found_by_its_missing_steps() {
 }
 
 #[test]
-fn one_row_of_many_keeps_the_volt_seconds() {
+fn keeping_one_row_of_many_keeps_the_volt_seconds() {
     let truth = Truth::steps(0.002, 1000);
     let text = truth.counts_log();
     let flags = ["--supply", "12", "--counts-per-rev", "720", "--every", "7"];
@@ -206,7 +206,7 @@ fn a_command_of_columns_is_their_sum_within_its_limit() {
 }
 
 #[test]
-fn a_saved_mapping_does_the_same() {
+fn a_saved_mapping_imports_the_same() {
     let truth = Truth::steps(0.02, 200);
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
@@ -253,7 +253,7 @@ fn a_saved_mapping_does_the_same() {
 }
 
 #[test]
-fn other_commands_say_how_a_foreign_log_is_imported() {
+fn other_commands_hint_at_the_import_of_a_foreign_log() {
     let truth = Truth::steps(0.02, 100);
     let directory = tempfile::tempdir().expect("a directory");
     let text = truth.rpm_log("time_ms,pwm,rpm");
@@ -299,7 +299,7 @@ fn other_commands_say_how_a_foreign_log_is_imported() {
 }
 
 #[test]
-fn flags_that_fit_nothing_are_refused_with_what_there_is() {
+fn flags_without_a_match_are_refused_with_the_choices() {
     let truth = Truth::steps(0.02, 100);
     let text = truth.rpm_log("time_ms,pwm,rpm");
     for (flags, wanted) in [
@@ -347,7 +347,7 @@ fn flags_that_fit_nothing_are_refused_with_what_there_is() {
 }
 
 #[test]
-fn a_bare_number_is_volts_in_a_log_of_many_columns_too() {
+fn a_bare_number_is_volts_in_a_log_of_many_columns() {
     let truth = Truth::steps(0.01, 200);
     let ms = |k: usize| truth.ms(k).to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();

@@ -187,7 +187,7 @@ fn names_of_drives_and_pulses_of_servos() {
 }
 
 #[test]
-fn an_electrical_speed_is_not_taken_for_the_shafts() {
+fn an_electrical_speed_is_not_read_as_the_shafts() {
     let truth = Truth::steps(0.01, 300);
     for name in ["erpm", "eRPM[0]", "Motor Electrical Speed (RPM)"] {
         let mut log = format!("time_ms,voltage,{name}\n");
@@ -211,7 +211,7 @@ fn an_electrical_speed_is_not_taken_for_the_shafts() {
 }
 
 #[test]
-fn what_is_not_read_names_its_form_and_what_converts_it() {
+fn unread_formats_are_named_with_their_conversion() {
     let frames = (0..50).fold(String::new(), |mut text, k| {
         let _ = writeln!(text, "(17000000{k:02}.000000) can0 181#{k:08X}");
         text

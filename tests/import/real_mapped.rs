@@ -130,8 +130,8 @@ fn every_recording_imports_without_loss() {
 }
 
 #[test]
-fn counts_stay_whole_and_times_stay_theirs() {
-    let Some(folder) = support::real_recordings("counts_stay_whole_and_times_stay_theirs") else {
+fn counts_and_times_are_kept_exactly() {
+    let Some(folder) = support::real_recordings("counts_and_times_are_kept_exactly") else {
         return;
     };
     let (log, run) = run_of(&folder, "micromouse/encoders1.csv");
@@ -154,8 +154,9 @@ fn counts_stay_whole_and_times_stay_theirs() {
 }
 
 #[test]
-fn angles_and_travel_become_the_encoders_counts() {
-    let Some(folder) = support::real_recordings("angles_and_travel_become_the_encoders_counts")
+fn angles_and_travel_are_converted_to_encoder_counts() {
+    let Some(folder) =
+        support::real_recordings("angles_and_travel_are_converted_to_encoder_counts")
     else {
         return;
     };
@@ -184,9 +185,8 @@ fn angles_and_travel_become_the_encoders_counts() {
 }
 
 #[test]
-fn trials_of_one_log_become_runs_of_their_own() {
-    let Some(folder) = support::real_recordings("trials_of_one_log_become_runs_of_their_own")
-    else {
+fn trials_of_one_log_are_separate_runs() {
+    let Some(folder) = support::real_recordings("trials_of_one_log_are_separate_runs") else {
         return;
     };
     let scratch = tempfile::tempdir().expect("a directory");
@@ -216,8 +216,9 @@ fn trials_of_one_log_become_runs_of_their_own() {
 }
 
 #[test]
-fn what_a_log_lacks_is_said_in_its_run() {
-    let Some(folder) = support::real_recordings("what_a_log_lacks_is_said_in_its_run") else {
+fn missing_facts_of_a_log_are_stated_in_its_run() {
+    let Some(folder) = support::real_recordings("missing_facts_of_a_log_are_stated_in_its_run")
+    else {
         return;
     };
     let (_, run) = run_of(&folder, "micromouse/batteryVoltage3.csv");

@@ -52,8 +52,8 @@ fn real(test: &str) -> Option<PathBuf> {
 }
 
 #[test]
-fn counts_are_had_back_from_a_speed_in_steps() {
-    let Some(folder) = real("counts_are_had_back_from_a_speed_in_steps") else {
+fn counts_are_reconstructed_from_a_speed_in_steps() {
+    let Some(folder) = real("counts_are_reconstructed_from_a_speed_in_steps") else {
         return;
     };
     let log = folder.join("three_levels/first_12V.csv");
@@ -84,8 +84,8 @@ fn counts_are_had_back_from_a_speed_in_steps() {
 }
 
 #[test]
-fn angles_counts_and_pulse_widths_need_little_to_be_said() {
-    let Some(folder) = real("angles_counts_and_pulse_widths_need_little_to_be_said") else {
+fn angles_counts_and_pulse_widths_need_few_flags() {
+    let Some(folder) = real("angles_counts_and_pulse_widths_need_few_flags") else {
         return;
     };
     let log = folder.join("ev3/duty_-10.txt");
@@ -139,8 +139,8 @@ fn angles_counts_and_pulse_widths_need_little_to_be_said() {
 }
 
 #[test]
-fn a_mean_of_samples_is_told_where_the_encoder_is_said() {
-    let Some(folder) = real("a_mean_of_samples_is_told_where_the_encoder_is_said") else {
+fn a_mean_of_samples_is_recognized_where_the_encoder_is_stated() {
+    let Some(folder) = real("a_mean_of_samples_is_recognized_where_the_encoder_is_stated") else {
         return;
     };
     let log = folder.join("l298n/run_minimal.csv");
@@ -152,8 +152,8 @@ fn a_mean_of_samples_is_told_where_the_encoder_is_said() {
 }
 
 #[test]
-fn a_servo_is_driven_by_the_sum_that_its_law_is() {
-    let Some(folder) = real("a_servo_is_driven_by_the_sum_that_its_law_is") else {
+fn a_servo_is_driven_by_the_sum_in_its_control_law() {
+    let Some(folder) = real("a_servo_is_driven_by_the_sum_in_its_control_law") else {
         return;
     };
     let log = folder.join("sts3250/m535g_l100mm_kp12_sin_sin_1.csv.gz");
@@ -178,8 +178,8 @@ fn a_servo_is_driven_by_the_sum_that_its_law_is() {
 }
 
 #[test]
-fn what_real_logs_leave_open_is_asked_in_one_message() {
-    let Some(folder) = real("what_real_logs_leave_open_is_asked_in_one_message") else {
+fn open_questions_of_real_logs_are_one_message() {
+    let Some(folder) = real("open_questions_of_real_logs_are_one_message") else {
         return;
     };
     for (log, flags, asked) in [

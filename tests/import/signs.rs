@@ -15,7 +15,7 @@ fn written(truth: &Truth, name: &str, command: impl Fn(i64) -> String) -> String
 
 /// Locked antiphase: half of full drive is standstill.
 #[test]
-fn a_command_about_half_drive_is_read_about_it() {
+fn a_command_around_half_scale_is_centred() {
     let truth = Truth::steps(0.01, 300);
     for (name, full) in [("pwm_255", 255.0), ("duty_percent", 100.0), ("duty", 1.0)] {
         let text = written(&truth, name, |pwm| {
@@ -55,7 +55,7 @@ fn a_magnitude_without_its_direction_is_reported() {
 }
 
 #[test]
-fn a_name_that_says_ten_times_is_no_unit() {
+fn a_name_with_a_factor_of_ten_is_no_unit() {
     let truth = Truth::steps(0.01, 300);
     let text = truth.rpm_log("time_ms,pwm,rpm_x10");
     let said = asked("log.csv", &text, &FLAGS);
@@ -67,7 +67,7 @@ fn a_name_that_says_ten_times_is_no_unit() {
 }
 
 #[test]
-fn the_minus_of_a_spreadsheet_is_one() {
+fn the_minus_sign_of_a_spreadsheet_is_recognized() {
     let truth = Truth::steps(0.01, 300);
     let text = truth.counts_log().replace('-', "\u{2212}");
     let (file, _) = imported("log.csv", &text, &FLAGS);
@@ -96,7 +96,7 @@ fn a_voltage_that_never_changes_is_no_command_of_a_shaft_that_turns_both_ways() 
 
 /// Degrees in a row, and a speed under the name of a position.
 #[test]
-fn a_speed_is_not_silently_taken_as_a_position() {
+fn a_speed_is_not_silently_read_as_a_position() {
     let truth = Truth::steps(0.01, 300);
     let ms = |k: usize| truth.ms(k).to_string();
     let volts = |k: usize| format!("{:.6}", truth.volts(k));

@@ -80,7 +80,7 @@ fn a_perfect_motor_keeps_its_time_constant_at_rows_of_5_to_50_ms() {
 
 /// For rows of 20 ms the wrong rule shifts the position by half a row's travel, and a flag selects the rule.
 #[test]
-fn the_flag_says_the_other_rule() {
+fn the_flag_states_the_other_rule() {
     let text = text(0.12, 0.02, Speed::Instant);
     let (right, _) = fitted(&text, &COUNTS);
     let flags = [&COUNTS[..], &["--integrate", "backward"]].concat();
@@ -93,7 +93,7 @@ fn the_flag_says_the_other_rule() {
 }
 
 #[test]
-fn a_speed_that_no_motor_explains_is_taken_at_the_instant_and_said() {
+fn a_speed_without_a_motor_model_is_instantaneous_and_reported() {
     let mut text = "time_s,voltage,speed_rad_s\n".to_owned();
     for k in 0..400_u32 {
         let speed = 5.0 + f64::from(k * k * 7919 % 1009) * 1.037e-2;
@@ -110,7 +110,7 @@ fn a_speed_that_no_motor_explains_is_taken_at_the_instant_and_said() {
 
 /// Speeds in thousandths with more digits are no counts: 1,200,000 per revolution at 10 ms.
 #[test]
-fn steps_far_finer_than_an_encoders_are_doubted() {
+fn steps_far_finer_than_an_encoders_are_questioned() {
     let motor = text(0.05, 0.01, Speed::Instant);
     let mut text = "time_s,voltage,speed_rpm\n".to_owned();
     for line in motor.lines().skip(1) {
@@ -128,7 +128,7 @@ fn steps_far_finer_than_an_encoders_are_doubted() {
 /// Whole RPM: under a constant command the rounding error is the same in each row, and accumulates. It is part of the
 /// noise floor.
 #[test]
-fn a_perfect_motor_whose_speed_is_in_whole_rpm_has_no_further_cause() {
+fn a_perfect_motor_with_speeds_in_whole_rpm_has_no_further_cause() {
     for (sample_time_s, speed_is) in [
         (0.01, Speed::Instant),
         (0.02, Speed::Mean),

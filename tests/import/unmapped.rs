@@ -6,7 +6,7 @@ use crate::support::foreign_logs::{
 };
 
 #[test]
-fn a_log_of_counts_is_read_by_its_names_whatever_they_are() {
+fn a_log_of_counts_is_read_by_any_column_names() {
     let truth = Truth::steps(0.01, 300);
     let ms = |k: usize| format!("{}", truth.ms(k));
     let us = |k: usize| format!("{}", truth.ms(k) * 1000);
@@ -60,7 +60,7 @@ fn a_log_of_counts_is_read_by_its_names_whatever_they_are() {
 }
 
 #[test]
-fn the_commonest_log_is_read_as_it_is_and_its_counts_are_had_back() {
+fn the_most_common_log_is_read_and_its_counts_are_reconstructed() {
     let truth = Truth::steps(0.02, 400);
     let text = truth.rpm_log("time_ms,pwm,rpm");
     let (file, said) = imported("log.csv", &text, &["--supply", "12"]);
@@ -80,7 +80,7 @@ fn the_commonest_log_is_read_as_it_is_and_its_counts_are_had_back() {
 }
 
 #[test]
-fn what_is_missing_is_asked_for_in_one_message_with_the_line_to_copy() {
+fn missing_facts_are_one_message_with_a_command_line() {
     let truth = Truth::steps(0.01, 200);
     let text = truth.counts_log();
     let said = asked("my log.csv", &text, &[]);
@@ -119,7 +119,7 @@ fn what_is_missing_is_asked_for_in_one_message_with_the_line_to_copy() {
 }
 
 #[test]
-fn what_names_and_numbers_leave_open_is_asked_and_never_guessed() {
+fn ambiguous_names_and_numbers_are_asked_and_not_guessed() {
     let truth = Truth::steps(0.01, 200);
     let n = |k: usize| truth.counts[k].to_string();
     let pwm = |k: usize| truth.pwm[k].to_string();
@@ -176,7 +176,7 @@ fn what_names_and_numbers_leave_open_is_asked_and_never_guessed() {
 }
 
 #[test]
-fn which_of_two_motors_has_to_be_said() {
+fn a_choice_of_two_motors_is_asked() {
     let truth = Truth::steps(0.02, 400);
     let rpm = |k: usize| truth.rpm(k);
     let other = |k: usize| format!("{:.2}", 0.5 * truth.rpm(k).parse::<f64>().expect("rpm"));
@@ -203,7 +203,7 @@ fn which_of_two_motors_has_to_be_said() {
 }
 
 #[test]
-fn blocks_with_names_and_comments_between_are_runs() {
+fn blocks_separated_by_names_and_comments_are_runs() {
     let truth = Truth::steps(0.02, 200);
     let (first, second) = (
         truth.rpm_log("time_ms,pwm,rpm"),
@@ -259,7 +259,7 @@ fn two_columns_without_names_and_the_voltage_in_the_files_name() {
 }
 
 #[test]
-fn decimals_of_other_countries_stamps_and_units_beneath_the_names() {
+fn decimal_commas_time_stamps_and_a_row_of_units() {
     let truth = Truth::steps(0.01, 200);
     let comma = |text: String| text.replace('.', ",");
     let rows = |line: &dyn Fn(usize) -> String| -> String {
@@ -303,7 +303,7 @@ fn decimals_of_other_countries_stamps_and_units_beneath_the_names() {
 }
 
 #[test]
-fn cells_of_another_rate_hold_their_last_value() {
+fn cells_of_a_slower_column_hold_their_last_value() {
     let truth = Truth::steps(0.01, 200);
     let text: String = truth
         .rows()

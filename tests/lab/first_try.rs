@@ -87,7 +87,7 @@ fn right_in_lab(here: &Path, words: &str) {
 const LAB: &str = "lab --run step3.csv --run step10.csv";
 
 #[test]
-fn a_gear_motor_is_itself() {
+fn a_gear_motor_has_no_effect() {
     let folder = recorded(GEAR);
     let here = folder.path();
     right(
@@ -105,7 +105,7 @@ fn a_gear_motor_is_itself() {
 }
 
 #[test]
-fn a_small_motor_is_itself() {
+fn a_small_motor_has_no_effect() {
     let folder = recorded(SMALL);
     let here = folder.path();
     right(
@@ -129,7 +129,7 @@ fn a_small_motor_is_itself() {
 /// Without a motor file L/R is free, as the other parameters. Voltage and counts determine `R/L + b/J`: L/R is wrong
 /// by the share of viscous friction.
 #[test]
-fn a_motor_with_a_large_winding_is_itself() {
+fn a_motor_with_a_large_inductance_has_no_effect() {
     let folder = recorded(WOUND);
     let here = folder.path();
     for words in [

@@ -59,7 +59,7 @@ fn answer<'a>(lab: &'a serde_json::Value, number: &str) -> &'a serde_json::Value
 }
 
 #[test]
-fn curves_and_samples_are_those_of_the_references() {
+fn curves_and_samples_equal_the_references() {
     let directory = tempfile::tempdir().expect("a folder");
     let finished = run(directory.path(), &["lab", "-o", "lab", "--json"]);
     assert_eq!(finished.status, Some(0), "{}", finished.messages);
@@ -111,7 +111,7 @@ fn curves_and_samples_are_those_of_the_references() {
 }
 
 #[test]
-fn missing_recordings_come_from_the_virtual_board() {
+fn missing_recordings_are_made_by_the_virtual_board() {
     let directory = tempfile::tempdir().expect("a folder");
     // Twice into the same folder: the virtual board's runs are replaced.
     for _ in 0..2 {
@@ -236,7 +236,7 @@ fn given_recordings_are_compared_and_missing_ones_listed() {
 
 /// Fatal findings come first, and replace the answers that need the recording.
 #[test]
-fn a_recording_that_is_not_usable_answers_nothing() {
+fn an_unusable_recording_gives_no_answer() {
     let directory = tempfile::tempdir().expect("a folder");
     let folder = directory.path();
     for (profile, name) in [("rest", "rest.csv"), ("reversing", "turned.csv")] {
@@ -309,7 +309,7 @@ fn a_file_that_is_no_run_is_bad_input() {
 }
 
 #[test]
-fn a_motor_that_nothing_damps_with_speed_is_worked_through() {
+fn a_motor_without_viscous_damping_is_worked_through() {
     let directory = tempfile::tempdir().expect("a folder");
     let undamped = "back_emf_v_s_per_rad = 0\nviscous_friction_nm_s_per_rad = 0\n";
     std::fs::write(directory.path().join("motor.toml"), undamped).expect("a motor file");
@@ -323,7 +323,7 @@ fn a_motor_that_nothing_damps_with_speed_is_worked_through() {
 
 /// The text of answer 3.a agrees with the verdict of the diagnosis beside it.
 #[test]
-fn the_answer_goes_with_the_diagnosis() {
+fn the_answer_agrees_with_the_diagnosis() {
     let directory = tempfile::tempdir().expect("a folder");
     let folder = directory.path();
     let mut seen = Vec::new();

@@ -29,7 +29,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
-fn every_effect_is_named_or_said_to_be_hardly_shown() {
+fn every_effect_is_named_or_stated_to_be_hardly_visible() {
     let folder = tempfile::tempdir().expect("a folder");
     let all = run(folder.path(), &["effects", "--json"]);
     let all: Value = serde_json::from_str(&all.output).expect("a document");

@@ -39,7 +39,7 @@ fn truth(name: &str) -> Vec<(f64, i64)> {
 }
 
 #[test]
-fn logs_of_the_firmware_replay_to_the_truth() {
+fn logs_of_the_firmware_replay_to_the_true_samples() {
     for (name, taken, lost) in FIXTURES {
         let directory = tempfile::tempdir().expect("a directory");
         let log = fixture(&format!("{name}.log")).display().to_string();

@@ -71,7 +71,7 @@ fn twelve_thousand_samples_at_thirty_milliseconds_without_a_loss() {
 }
 
 #[test]
-fn in_real_time_a_capture_takes_as_long_as_it_says() {
+fn in_real_time_a_capture_takes_its_stated_duration() {
     let directory = tempfile::tempdir().expect("a directory");
     let arguments = ["capture", "virtual:", "--duration", "1.5", "--json"];
     let done = run(directory.path(), &arguments);
@@ -91,7 +91,7 @@ fn in_real_time_a_capture_takes_as_long_as_it_says() {
 }
 
 #[test]
-fn an_existing_file_stays_and_the_free_name_is_printed() {
+fn an_existing_file_is_kept_and_a_free_name_is_printed() {
     let directory = tempfile::tempdir().expect("a directory");
     std::fs::write(directory.path().join("run.csv"), "mine").expect("a file");
     let arguments = ["capture", "virtual:?speed=max", "--duration", "0.3"];
@@ -109,7 +109,7 @@ fn an_existing_file_stays_and_the_free_name_is_printed() {
 }
 
 #[test]
-fn the_summary_counts_what_is_in_the_file() {
+fn the_summary_agrees_with_the_file() {
     let directory = tempfile::tempdir().expect("a directory");
     let board = "virtual:?drop=0.0005&seed=3";
     let done = run(directory.path(), &["capture", board, "--duration", "3"]);
@@ -146,7 +146,7 @@ fn the_summary_counts_what_is_in_the_file() {
 }
 
 #[test]
-fn wrapping_microseconds_and_sixteen_bit_counts_run_on() {
+fn wrapping_microseconds_and_sixteen_bit_counts_are_unwrapped() {
     let directory = tempfile::tempdir().expect("a directory");
     let capture = |board: &str, name: &str| {
         let arguments = ["capture", board, "--duration", "200", "-o", name];
@@ -166,7 +166,7 @@ fn wrapping_microseconds_and_sixteen_bit_counts_run_on() {
 }
 
 #[test]
-fn a_profile_from_a_file_is_what_the_board_commands() {
+fn the_board_commands_the_profile_of_a_file() {
     let directory = tempfile::tempdir().expect("a directory");
     let rows = "t_s,command_v\n0,1.25\n0.3,-2\n0.6,6\n";
     std::fs::write(directory.path().join("mine.csv"), rows).expect("a file");
@@ -218,7 +218,7 @@ fn a_suspended_virtual_board_loses_nothing() {
 }
 
 #[test]
-fn arrivals_in_bunches_do_not_move_the_time_base() {
+fn bunched_arrivals_do_not_change_the_time_base() {
     let directory = tempfile::tempdir().expect("a directory");
     // Samples accumulate for up to 20 ms before they are read, which reduces the observed length of a stall by as
     // much.
@@ -238,7 +238,7 @@ fn arrivals_in_bunches_do_not_move_the_time_base() {
 }
 
 #[test]
-fn a_board_that_boots_slowly_or_at_once_is_asked_until_it_answers() {
+fn a_board_is_asked_until_it_answers_however_slowly_it_boots() {
     let directory = tempfile::tempdir().expect("a directory");
     for (boot_ms, name) in [(0, "fast.csv"), (800, "usual.csv"), (4000, "slow.csv")] {
         let board = format!("virtual:?boot_ms={boot_ms}&banner=Motor lab ready\\n&speed=max");

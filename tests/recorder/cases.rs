@@ -51,7 +51,7 @@ fn a_sample_time_that_no_board_has_is_refused_by_every_reader() {
 }
 
 #[test]
-fn times_that_contradict_the_stated_sample_time_are_said_and_diagnosed() {
+fn times_that_contradict_the_stated_sample_time_are_reported_and_diagnosed() {
     let (status, text) = said(&["check", "sim30_ts_30.csv"]);
     assert_eq!(status, 0, "{text}");
     assert!(text.contains("sample_time_contradicts"), "{text}");
@@ -60,7 +60,7 @@ fn times_that_contradict_the_stated_sample_time_are_said_and_diagnosed() {
 }
 
 #[test]
-fn rows_a_minute_apart_and_a_pause_of_an_hour_end_with_what_to_do() {
+fn rows_a_minute_apart_and_a_pause_of_an_hour_are_errors_with_hints() {
     let (status, text) = said(&["diagnose", "slow60.csv"]);
     assert_eq!(status, 1, "{text}");
     assert!(text.contains("as if ms had been read as s"), "{text}");
@@ -74,7 +74,7 @@ fn rows_a_minute_apart_and_a_pause_of_an_hour_end_with_what_to_do() {
 }
 
 #[test]
-fn an_encoder_of_32_bits_a_turn_has_an_answer() {
+fn an_encoder_of_32_bits_per_revolution_has_a_result() {
     for command in ["compare", "diagnose"] {
         let (status, text) = said(&[command, "hang_cpr_4294967296.csv"]);
         assert!((0..=2).contains(&status), "{command}: {status} {text}");
@@ -98,14 +98,14 @@ fn a_motor_file_with_a_number_that_no_motor_has_is_refused() {
 }
 
 #[test]
-fn headers_that_hold_what_looks_like_a_header_are_read() {
+fn headers_that_contain_header_lines_are_read() {
     for file in ["sim30.csv", "esc_name.csv", "name_toml.csv"] {
         assert_eq!(said(&["compare", file]).0, 0, "{file}");
     }
 }
 
 #[test]
-fn sample_numbers_that_leap_to_the_end_of_64_bits_and_back_are_counted() {
+fn sample_numbers_up_to_64_bits_and_back_are_counted() {
     let seed = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/tests/instruments/seeds/step3.csv"

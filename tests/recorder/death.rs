@@ -130,7 +130,7 @@ fn interrupted(act: impl FnOnce(&mut Child, &Path)) -> (Finished, Option<RunFile
 }
 
 #[test]
-fn killed_it_leaves_everything_up_to_fifty_milliseconds_before() {
+fn a_kill_loses_at_most_fifty_milliseconds() {
     with_processor_time(|| {
         let (done, file, taken) = interrupted(|child, _| child.kill().expect("it runs"));
         assert_eq!(done.status, None);
@@ -141,7 +141,7 @@ fn killed_it_leaves_everything_up_to_fifty_milliseconds_before() {
 }
 
 #[test]
-fn asked_to_stop_it_ends_the_file_and_the_motor() {
+fn a_stop_request_ends_the_file_and_the_motor() {
     with_processor_time(|| {
         for signal in ["-INT", "-TERM", "-HUP"] {
             let (done, file, taken) = interrupted(|child, _| send(signal, child));
@@ -162,7 +162,7 @@ fn asked_to_stop_it_ends_the_file_and_the_motor() {
 }
 
 #[test]
-fn closed_pipes_do_not_kill_it() {
+fn closed_pipes_do_not_end_the_recorder() {
     let (board, taken) = a_board();
     let directory = tempfile::tempdir().expect("a directory");
     let port = board.path().display().to_string();
@@ -181,7 +181,7 @@ fn closed_pipes_do_not_kill_it() {
 }
 
 #[test]
-fn a_limit_on_file_sizes_ends_it_with_a_whole_row() {
+fn a_limit_on_file_sizes_ends_the_file_with_a_complete_row() {
     let (board, _) = a_board();
     let directory = tempfile::tempdir().expect("a directory");
     // 24 blocks of 512 or 1024 bytes, by the shell.
@@ -217,8 +217,8 @@ fn ends_with_a_whole_row(path: &Path, done: &Finished, at_least: usize) {
 }
 
 #[test]
-fn a_full_disk_ends_it_with_a_whole_row() {
-    let Some(disk) = Disk::new("a_full_disk_ends_it_with_a_whole_row", "size=16k") else {
+fn a_full_disk_ends_the_file_with_a_complete_row() {
+    let Some(disk) = Disk::new("a_full_disk_ends_the_file_with_a_complete_row", "size=16k") else {
         return;
     };
     let (board, _) = a_board();
@@ -235,9 +235,9 @@ fn a_full_disk_ends_it_with_a_whole_row() {
 }
 
 #[test]
-fn a_full_disk_beneath_a_replay_is_said_with_its_rows() {
+fn a_full_disk_during_a_replay_is_reported_with_its_rows() {
     let Some(disk) = Disk::new(
-        "a_full_disk_beneath_a_replay_is_said_with_its_rows",
+        "a_full_disk_during_a_replay_is_reported_with_its_rows",
         "size=16k",
     ) else {
         return;
@@ -292,7 +292,7 @@ fn a_raw_log_on_a_full_disk_ends_and_the_recording_does_not() {
 }
 
 #[test]
-fn a_run_file_that_another_program_cuts_is_noticed() {
+fn a_run_file_truncated_by_another_program_is_reported() {
     let (board, taken) = a_board();
     let directory = tempfile::tempdir().expect("a directory");
     let port = board.path().display().to_string();
@@ -314,7 +314,7 @@ fn a_run_file_that_another_program_cuts_is_noticed() {
 }
 
 #[test]
-fn a_directory_that_cannot_be_written_to_is_said_before_the_motor_turns() {
+fn an_unwritable_directory_is_reported_before_the_motor_turns() {
     let (board, taken) = a_board();
     let directory = tempfile::tempdir().expect("a directory");
     let port = board.path().display().to_string();
@@ -331,7 +331,7 @@ fn a_directory_that_cannot_be_written_to_is_said_before_the_motor_turns() {
 }
 
 #[test]
-fn a_read_only_disk_is_said_before_the_motor_turns() {
+fn a_read_only_disk_is_reported_before_the_motor_turns() {
     let Some(disk) = Disk::new("a_read_only_disk_is_said", "ro,size=16k") else {
         return;
     };
@@ -348,7 +348,7 @@ fn a_read_only_disk_is_said_before_the_motor_turns() {
 }
 
 #[test]
-fn a_directory_that_vanishes_costs_no_sample() {
+fn a_deleted_directory_loses_no_sample() {
     let (board, taken) = a_board();
     let outer = tempfile::tempdir().expect("a directory");
     let inner = outer.path().join("lab");
@@ -373,7 +373,7 @@ fn a_directory_that_vanishes_costs_no_sample() {
 }
 
 #[test]
-fn suspended_for_two_seconds_it_has_all_that_the_board_took() {
+fn a_recorder_suspended_for_two_seconds_has_every_buffered_sample() {
     with_processor_time(|| {
         let (board, taken) = a_board();
         let directory = tempfile::tempdir().expect("a directory");
@@ -401,7 +401,7 @@ fn suspended_for_two_seconds_it_has_all_that_the_board_took() {
 }
 
 #[test]
-fn suspended_for_a_moment_it_loses_nothing() {
+fn a_briefly_suspended_recorder_loses_no_sample() {
     with_processor_time(|| {
         let (done, file, _) = interrupted(|child, _| {
             send("-STOP", child);
@@ -448,7 +448,7 @@ fn a_clock_that_is_set_back_changes_nothing() {
 }
 
 #[test]
-fn an_unplugged_board_ends_the_file_and_uses_no_time() {
+fn an_unplugged_board_ends_the_file_and_uses_no_processor_time() {
     with_processor_time(|| {
         let (board, taken) = a_board();
         let directory = tempfile::tempdir().expect("a directory");
@@ -531,7 +531,7 @@ fn a_board_that_comes_back_opens_a_new_segment_and_another_board_does_not() {
 }
 
 #[test]
-fn stopped_while_it_waits_for_the_board_it_reports_what_it_has() {
+fn a_stop_while_waiting_for_the_board_reports_the_recorded_samples() {
     with_processor_time(|| {
         let directory = tempfile::tempdir().expect("a directory");
         let (board, taken) = a_board();

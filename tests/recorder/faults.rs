@@ -249,7 +249,7 @@ fn the_sweep() {
 }
 
 #[test]
-fn frames_that_pass_the_crc_by_chance_do_not_pass() {
+fn frames_with_an_accidentally_valid_crc_are_rejected() {
     // Every byte after the type is random, so that one frame in 65,536 has a right CRC.
     const FRAMES: u64 = 4_000_000;
     let mut random = Pcg64::seed_from_u64(1);
@@ -287,7 +287,7 @@ fn frames_that_pass_the_crc_by_chance_do_not_pass() {
 }
 
 #[test]
-fn so_many_frames_of_noise_fit_to_a_sample_as_the_documentation_says() {
+fn the_rate_of_accepted_noise_frames_is_the_documented_one() {
     // Noise with the right CRC and the profile's command for its number.
     const FRAMES: u32 = 2_000_000;
     let mut random = Pcg64::seed_from_u64(2);
@@ -358,7 +358,7 @@ fn the_first_partial_frame_is_dropped_and_is_no_damage() {
 }
 
 #[test]
-fn a_late_board_is_believed_when_two_samples_agree() {
+fn a_late_board_is_accepted_when_two_samples_agree() {
     let mut bytes = Vec::new();
     for k in 0..100 {
         let mut late = sample(k, 3_000);
@@ -380,7 +380,7 @@ fn a_late_board_is_believed_when_two_samples_agree() {
 
 proptest::proptest! {
     #[test]
-    fn no_bytes_make_the_intake_panic(
+    fn arbitrary_bytes_do_not_make_the_intake_panic(
         bytes in proptest::collection::vec(proptest::prelude::any::<u8>(), 0..2000),
         cuts in proptest::collection::vec(1_usize..50, 1..10),
     ) {
@@ -455,7 +455,7 @@ fn capture_with(faults: &str, expected_status: i32) -> RunFile {
 }
 
 #[test]
-fn losses_before_the_first_sample_are_counted_without_an_end_too() {
+fn losses_before_the_first_sample_are_counted_without_an_end_message() {
     // `capture_with` compares rows and losses with the last number; some seeds lose the first frame.
     let lost_the_first = (7..17).any(|seed| {
         let faults = format!("seed={seed}&drop=0.02&hang_up_after=20000");
@@ -465,25 +465,25 @@ fn losses_before_the_first_sample_are_counted_without_an_end_too() {
 }
 
 #[test]
-fn over_a_line_that_loses_bytes() {
+fn a_line_that_loses_bytes() {
     let hurt = capture_with("drop=0.0005", 1);
     assert!(hurt.summary("lost") > 20 && hurt.summary("bad_frames") > 20);
 }
 
 #[test]
-fn over_a_line_that_flips_and_doubles() {
+fn a_line_that_flips_bits_and_repeats_bytes() {
     let hurt = capture_with("flip=0.0005&duplicate=0.0005", 1);
     assert!(hurt.summary("lost") > 40);
 }
 
 #[test]
-fn over_a_line_that_stalls_and_splits_every_byte() {
+fn a_line_that_stalls_and_splits_every_byte() {
     let hurt = capture_with("stall=0.00002&stall_ms=150&split=1", 0);
     assert_eq!(hurt.summary("lost"), 0);
 }
 
 #[test]
-fn a_board_that_is_unplugged_leaves_every_whole_frame() {
+fn an_unplugged_board_keeps_every_complete_frame() {
     let hurt = capture_with("hang_up_after=50000", 3);
     // 18 bytes per frame, after HELLO and the responses.
     let expected = (50_000 - 100) / 18;
@@ -496,7 +496,7 @@ fn a_board_that_is_unplugged_leaves_every_whole_frame() {
 }
 
 #[test]
-fn a_board_that_falls_silent_is_given_up() {
+fn a_silent_board_ends_the_recording() {
     let hurt = capture_with("silent_after=50000", 3);
     assert_eq!(hurt.header["summary"]["ending"].as_str(), Some("silent"));
     assert!(hurt.rows.len() > 2700);

@@ -46,7 +46,7 @@ fn the_demo_records_both_sample_times_and_diagnoses_a_gap() {
 }
 
 #[test]
-fn a_demo_makes_room_for_the_next_one_and_takes_a_board_with_an_effect() {
+fn a_demo_replaces_earlier_runs_and_accepts_a_board_with_an_effect() {
     let directory = tempfile::tempdir().expect("a directory");
     for board in ["", "effect=stribeck"] {
         let done = run(directory.path(), &["demo", "--json", "--board", board]);
@@ -170,7 +170,7 @@ fn a_profile_that_is_misspelt_is_named_or_explained() {
 }
 
 #[test]
-fn a_board_that_names_its_columns_itself_is_no_sketch() {
+fn a_board_that_names_its_columns_is_not_the_sketch() {
     let directory = tempfile::tempdir().expect("a directory");
     let columns = [
         "capture",

@@ -136,7 +136,7 @@ fn each_log_as_a_serial_device_is_captured_to_the_same_samples() {
 }
 
 #[test]
-fn a_sketchs_text_lines_replay_and_are_captured_to_the_numbers_printed() {
+fn text_lines_of_a_sketch_are_replayed_and_captured_to_the_printed_numbers() {
     let directory = tempfile::tempdir().expect("a directory");
     let log = path_of("plain_sketch.log");
     let printed = log_by_hand::printed_numbers(&log);
@@ -174,7 +174,7 @@ fn a_sketchs_text_lines_replay_and_are_captured_to_the_numbers_printed() {
 }
 
 #[test]
-fn the_recorded_board_is_the_simulated_motor_down_to_the_encoders_steps() {
+fn the_recorded_board_agrees_with_the_simulated_motor_within_a_count() {
     let directory = tempfile::tempdir().expect("a directory");
     for name in ["step30", "step3", "reversing3", "plain_sketch"] {
         let log = path_of(&format!("{name}.log")).display().to_string();

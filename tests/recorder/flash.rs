@@ -31,7 +31,7 @@ fn called(directory: &Path) -> String {
 }
 
 #[test]
-fn the_sketch_is_written_as_it_is_in_the_project() {
+fn the_sketch_is_written_unchanged() {
     let directory = tempfile::tempdir().expect("a folder");
     let finished = run(directory.path(), &["firmware", "here"]);
     assert_eq!(finished.status, Some(0), "{}", finished.messages);
@@ -127,7 +127,7 @@ fn missing_tools_are_named_with_their_installation() {
 }
 
 #[test]
-fn a_tool_that_fails_is_a_failed_device() {
+fn a_failing_tool_is_a_device_error() {
     let directory = tempfile::tempdir().expect("a folder");
     let arguments = ["flash", "/dev/ttyACM7", "--board", "uno"];
     let finished = with_tools(directory.path(), &["arduino-cli"], 1, &arguments);

@@ -49,7 +49,7 @@ fn status_of(mut child: Child, mut meanwhile: impl FnMut()) -> Option<i32> {
 }
 
 #[test]
-fn a_terminal_that_blocks_costs_no_sample() {
+fn a_blocking_terminal_loses_no_sample() {
     let mut terminal = Pty::open().expect("a pseudo-terminal");
     // Filled completely: the first byte of the display blocks.
     let mut full = open(terminal.path(), false);
@@ -81,7 +81,7 @@ fn a_terminal_that_blocks_costs_no_sample() {
 }
 
 #[test]
-fn it_draws_what_is_recorded_and_gives_the_terminal_back() {
+fn the_view_draws_the_recording_and_restores_the_terminal() {
     let mut terminal = Pty::open().expect("a pseudo-terminal");
     let directory = tempfile::tempdir().expect("a directory");
     let child = capture_on(&terminal, directory.path());

@@ -39,7 +39,7 @@ fn check_rows(path: &Path) -> u64 {
 }
 
 #[test]
-fn an_hour_in_accelerated_time_is_whole_and_memory_stays_flat() {
+fn an_accelerated_hour_is_complete_with_constant_memory() {
     let directory = tempfile::tempdir().expect("a directory");
     // micros() wraps after 55 minutes.
     let board = "virtual:?speed=max&micros_start=994967296";
@@ -77,7 +77,7 @@ fn an_hour_in_accelerated_time_is_whole_and_memory_stays_flat() {
 }
 
 #[test]
-fn at_333_hertz_it_uses_little_of_a_core() {
+fn at_333_hertz_a_capture_uses_little_processor_time() {
     let board = VirtualBoard::spawn(IdealBench::new(100.0), VirtualBoardOptions::default());
     let board = board.expect("a virtual board");
     let directory = tempfile::tempdir().expect("a directory");
@@ -92,7 +92,10 @@ fn at_333_hertz_it_uses_little_of_a_core() {
     let done = finish(child);
     assert_eq!(done.status, Some(0), "{}", done.messages);
     let (Some(before), Some(after)) = (before, after) else {
-        return support::skip("at_333_hertz_it_uses_little_of_a_core", "no /proc");
+        return support::skip(
+            "at_333_hertz_a_capture_uses_little_processor_time",
+            "no /proc",
+        );
     };
     // Below 2 % in a release build on an idle machine; a busy loop uses all it can get.
     let share = (after - before) / elapsed_s;
@@ -189,7 +192,7 @@ fn ten_minutes(path: &Path, ppm: f64, seed: u64) {
 }
 
 #[test]
-fn a_crystal_that_is_200_ppm_off_is_fitted_to_within_1_ppm() {
+fn a_crystal_error_of_200_ppm_is_fitted_to_within_1_ppm() {
     for (ppm, seed) in [(200.0, 1), (-200.0, 2)] {
         let directory = tempfile::tempdir().expect("a directory");
         ten_minutes(&directory.path().join("raw.log"), ppm, seed);

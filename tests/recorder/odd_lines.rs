@@ -79,7 +79,7 @@ fn a_time_of_two_decimals_is_a_coarse_clock() {
 }
 
 #[test]
-fn numbers_may_have_units_and_an_ignored_column_words() {
+fn numbers_may_have_units_and_an_ignored_column_text() {
     let with_units = |k: u32| format!("time:{}ms\tpos:{}\tpwm:255\n", 5 * k, 2 * k);
     let in_json = |k: u32| {
         format!(
@@ -121,7 +121,7 @@ fn numbers_may_have_units_and_an_ignored_column_words() {
 }
 
 #[test]
-fn lines_without_a_time_are_timed_by_arrival_over_many() {
+fn lines_without_a_time_are_timed_by_their_arrivals() {
     let line = |k: u32| format!("{},{}\n", 3 * k, if k < 100 { 0.0 } else { 4.5 });
     let arguments = [
         "--columns",
@@ -142,7 +142,7 @@ fn lines_without_a_time_are_timed_by_arrival_over_many() {
 }
 
 #[test]
-fn a_time_that_runs_backward_ends_the_run() {
+fn a_decreasing_time_ends_the_run() {
     let line = |k: u32| format!("-{},{},200\r\n", k * 5000, 3 * k);
     let (done, file) = capture_from(line, &GIVEN);
     assert_eq!(done.status, Some(3), "{}", done.messages);
@@ -153,7 +153,7 @@ fn a_time_that_runs_backward_ends_the_run() {
 /// One byte in 14 is lost, and so three frames of four: in the longest gaps the counter passes half its range. The
 /// same board with a 32-bit counter on a good line shows where.
 #[test]
-fn a_counter_of_16_bits_that_can_go_round_in_a_gap_is_flagged() {
+fn a_counter_of_16_bits_that_may_wrap_in_a_gap_is_flagged() {
     let directory = tempfile::tempdir().expect("a directory");
     let capture = |faults: &str, name: &str| {
         let board = format!("virtual:?counts_per_rev=700000&speed=max&{faults}");

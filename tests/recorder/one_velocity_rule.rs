@@ -108,7 +108,7 @@ fn the_same_counts_give_the_same_speeds() {
 }
 
 #[test]
-fn over_a_loss_the_recorder_divides_by_the_samples_that_the_simulator_has_there() {
+fn after_a_loss_recorder_and_simulator_divide_by_the_same_samples() {
     let faults = Faults {
         drop: 0.002,
         seed: 3,

@@ -23,7 +23,7 @@ fn capture_from(port: &str) -> Finished {
 }
 
 #[test]
-fn a_port_that_is_not_there() {
+fn a_missing_port_is_an_error() {
     let done = capture_from("/dev/ttyACM77");
     assert_eq!(done.status, Some(2));
     assert!(
@@ -33,7 +33,7 @@ fn a_port_that_is_not_there() {
 }
 
 #[test]
-fn a_device_that_is_no_serial_port() {
+fn a_device_that_is_no_serial_port_is_an_error() {
     for (path, what) in [
         ("/dev/zero", "another kind of device"),
         ("/tmp", "a directory"),
@@ -97,7 +97,7 @@ fn a_silent_line_is_reported() {
 }
 
 #[test]
-fn a_second_reader_is_kept_out_and_the_first_is_named() {
+fn a_second_reader_is_refused_and_the_first_is_named() {
     let board = VirtualBoard::spawn(IdealBench::new(100.0), VirtualBoardOptions::default())
         .expect("a virtual board");
     let directory = tempfile::tempdir().expect("a directory");
@@ -170,16 +170,16 @@ fn permission_denied_names_the_group_and_the_command() {
 }
 
 #[test]
-fn the_lock_keeps_another_user_out_too() {
+fn the_lock_refuses_another_user() {
     let pty = Pty::open().expect("a pseudo-terminal");
     let everybody = Permissions::from_mode(0o666);
     if std::fs::set_permissions(pty.path(), everybody).is_err() {
-        return support::skip("the_lock_keeps_another_user_out_too", "not root");
+        return support::skip("the_lock_refuses_another_user", "not root");
     }
     let _first = Port::open(pty.path(), 115_200).expect("openable");
     let Some(done) = capture_as_nobody(&pty.path().display().to_string()) else {
         return support::skip(
-            "the_lock_keeps_another_user_out_too",
+            "the_lock_refuses_another_user",
             "cannot run as another user",
         );
     };
@@ -192,7 +192,7 @@ fn the_lock_keeps_another_user_out_too() {
 }
 
 #[test]
-fn wrong_names_in_a_virtual_board_get_the_nearest_one() {
+fn unknown_names_in_a_virtual_board_suggest_the_nearest() {
     for (port, hint) in [
         ("virtual:?efect=backlash", "did you mean 'effect'?"),
         ("virtual:?effect=backlsh", "did you mean 'backlash'?"),
@@ -210,7 +210,7 @@ fn wrong_names_in_a_virtual_board_get_the_nearest_one() {
 }
 
 #[test]
-fn ports_lists_what_is_there_as_text_and_as_json() {
+fn ports_are_listed_as_text_and_as_json() {
     let directory = tempfile::tempdir().expect("a directory");
     let text = run(directory.path(), &["ports"]);
     assert_eq!(text.status, Some(0));

@@ -91,7 +91,7 @@ fn a_log_as_a_serial_device_is_captured_again() {
 }
 
 #[test]
-fn a_factor_keeps_the_log_to_its_own_time() {
+fn a_speed_factor_scales_the_replay_time() {
     let directory = tempfile::tempdir().expect("a directory");
     let first = recorded(directory.path());
     let log = std::fs::read_to_string(directory.path().join("raw.log")).expect("a log");
@@ -111,7 +111,7 @@ fn a_factor_keeps_the_log_to_its_own_time() {
 }
 
 #[test]
-fn a_torn_log_replays_up_to_the_tear_and_falls_short() {
+fn a_truncated_log_replays_up_to_its_end_and_is_reported() {
     let directory = tempfile::tempdir().expect("a directory");
     let first = recorded(directory.path());
     let log = std::fs::read(directory.path().join("raw.log")).expect("a log");
@@ -128,7 +128,7 @@ fn a_torn_log_replays_up_to_the_tear_and_falls_short() {
 
 /// An invalid line in the middle ends the run there: every row before it is in the file, and reported.
 #[test]
-fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many() {
+fn a_log_damaged_in_the_middle_gives_the_rows_before_and_their_number() {
     let directory = tempfile::tempdir().expect("a directory");
     let first = recorded(directory.path());
     let damaged = |name: &str| {
@@ -225,7 +225,7 @@ fn retold(directory: &Path, retell: impl Fn(HostMessage) -> Option<HostMessage>)
 }
 
 #[test]
-fn a_log_that_says_no_sample_time_is_no_recording() {
+fn a_log_without_a_sample_time_is_no_recording() {
     let directory = tempfile::tempdir().expect("a directory");
     let first = recorded(directory.path());
     let replay = || run(directory.path(), &["replay", "told.log", "-o", "told.csv"]);

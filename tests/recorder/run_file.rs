@@ -18,7 +18,7 @@ fn message(text: &str) -> String {
 }
 
 #[test]
-fn the_contracts_example_is_read() {
+fn the_documented_example_is_read() {
     let text = format!(
         "{HEADER}seq,t_s,host_t_s,command_v,counts,velocity_rad_s,flags\n0,0.000000,1.5,0,0,,\n1,0.003000,1.503,4.5,2,5.8,overrun+saturated\n"
     );
@@ -45,7 +45,7 @@ fn only_three_columns_are_needed_and_their_order_is_free() {
 }
 
 #[test]
-fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
+fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_read() {
     let text = format!("\u{feff}{HEADER}t_s,command_v,counts\n0,0,0.0\n\"0.003\", 4.5 ,-2\n");
     let (run, notes) = read(&text.replace('\n', "\r\n")).unwrap();
     assert_eq!(run.counts, [0, -2]);
@@ -160,7 +160,7 @@ fn other_files_fail_early_and_with_little_memory() {
 
 proptest! {
     #[test]
-    fn any_bytes_may_be_tried(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+    fn arbitrary_bytes_are_read_without_a_panic(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         let _ = read_run_from(&bytes[..], "noise");
         let mut text = format!("{HEADER}t_s,command_v,counts\n").into_bytes();
         text.extend_from_slice(&bytes);
@@ -168,7 +168,7 @@ proptest! {
     }
 
     #[test]
-    fn a_run_that_was_written_reads_back(
+    fn a_written_run_is_read_back_unchanged(
         rows in proptest::collection::vec((1e-6f64..10.0, -50.0f64..50.0, any::<i32>()), 1..50),
     ) {
         let mut t_s = 0.0;

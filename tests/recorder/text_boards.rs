@@ -108,7 +108,7 @@ fn a_header_line_or_labels_are_enough() {
 }
 
 #[test]
-fn without_the_boards_time_the_file_says_that_its_timing_is_the_hosts() {
+fn without_the_boards_time_the_file_states_host_timing() {
     let line = |k: u32| format!("{k}\n");
     let arguments = [
         "--columns",
@@ -157,7 +157,7 @@ fn a_host_timed_run_with_bunched_lines_can_be_read() {
 }
 
 #[test]
-fn a_line_that_comes_twice_is_recorded_once_and_counted() {
+fn a_repeated_line_is_recorded_once_and_counted() {
     let line = |k: u32| {
         let line = format!("{},{k},255\n", k * 5000);
         line.repeat(if k == 50 { 2 } else { 1 })
@@ -187,7 +187,7 @@ fn lines_without_a_command_need_a_profile() {
 }
 
 #[test]
-fn lines_too_long_for_the_line_rate_are_warned_of() {
+fn lines_too_long_for_the_baud_rate_have_a_warning() {
     let line = |k: u32| {
         format!(
             "time_us:{:010},counts:{:010},command_v:4.500\n",
@@ -272,7 +272,7 @@ fn a_line_in_between_that_is_no_sample_is_counted_and_shown() {
 }
 
 #[test]
-fn a_line_whose_time_leaps_is_passed_over_and_counted() {
+fn a_line_with_an_outlying_time_is_skipped_and_counted() {
     let line = |k: u32| match k {
         // An additional digit.
         30 => "1500000000,30,255\n".to_owned(),
@@ -287,7 +287,7 @@ fn a_line_whose_time_leaps_is_passed_over_and_counted() {
 }
 
 #[test]
-fn a_clock_that_leaps_for_good_ends_the_run() {
+fn a_permanent_jump_of_the_clock_ends_the_run() {
     let line = |k: u32| {
         format!(
             "{},{k},255\n",
@@ -301,7 +301,7 @@ fn a_clock_that_leaps_for_good_ends_the_run() {
 }
 
 #[test]
-fn a_time_unit_that_the_hosts_clock_contradicts_is_said_at_once() {
+fn a_time_unit_that_the_hosts_clock_contradicts_is_reported_at_once() {
     // Microseconds named milliseconds, and the reverse; labels that name them seconds.
     for (line, columns, right) in [
         (
@@ -333,7 +333,7 @@ fn a_time_unit_that_the_hosts_clock_contradicts_is_said_at_once() {
 }
 
 #[test]
-fn given_columns_beat_the_labels_of_the_lines() {
+fn given_columns_take_precedence_over_labels() {
     let line = |k: u32| format!("T:{} ENC:{k} PWM:128\n", k * 5);
     let arguments = ["--columns", "t_ms,counts,pwm", "--duration", "0.5"];
     let (done, file) = capture_from(line, &arguments);
@@ -390,7 +390,7 @@ fn labels_that_name_no_counts_are_named() {
 }
 
 #[test]
-fn a_command_beyond_the_supply_is_said_and_one_that_no_reader_takes_is_no_row() {
+fn a_command_beyond_the_supply_is_reported_and_an_unreadable_one_is_no_row() {
     let arguments = [
         "--columns",
         "t_us,counts,command_v",
@@ -420,7 +420,7 @@ fn a_command_beyond_the_supply_is_said_and_one_that_no_reader_takes_is_no_row() 
 }
 
 #[test]
-fn commands_beyond_full_scale_and_leaping_counts_are_reported() {
+fn commands_beyond_full_scale_and_outlying_counts_are_reported() {
     let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
     let (done, _) = capture_from(|k| format!("{},{k},1023\n", k * 5000), &arguments);
     assert_eq!(done.status, Some(1), "{}", done.messages);
@@ -512,7 +512,7 @@ fn speeds_and_increments_are_integrated_and_marked() {
 }
 
 #[test]
-fn the_handouts_supply_and_counts_are_never_taken_without_a_word() {
+fn the_handouts_supply_and_counts_are_never_assumed_silently() {
     let line = |k: u32| format!("{},{k},128\n", k * 5);
     let columns = ["--columns", "t_ms,counts,pwm", "--duration", "0.3"];
     let (done, _) = capture_from(line, &columns);

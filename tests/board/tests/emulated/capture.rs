@@ -170,7 +170,7 @@ fn lost_edges_are_reported_to_the_end() {
 }
 
 #[test]
-fn a_reset_in_mid_run_ends_the_file() {
+fn a_reset_during_a_run_ends_the_file() {
     let options = LineOptions {
         reset_after_s: Some(0.6),
         ..LineOptions::default()
@@ -189,7 +189,7 @@ fn a_reset_in_mid_run_ends_the_file() {
 }
 
 #[test]
-fn bytes_hurt_on_the_line_cost_their_frames_and_no_more() {
+fn damaged_bytes_lose_only_their_frames() {
     for seed in 1..=3 {
         let faults = Faults {
             flip: 1e-3,
@@ -212,7 +212,7 @@ fn bytes_hurt_on_the_line_cost_their_frames_and_no_more() {
 }
 
 #[test]
-fn messages_hurt_on_the_way_to_the_board_are_sent_again() {
+fn damaged_messages_to_the_board_are_sent_again() {
     let options = LineOptions {
         faults_to_board: Faults {
             flip: 0.02,
@@ -242,7 +242,7 @@ fn a_capture_continues_through_the_wrap_of_micros() {
 }
 
 #[test]
-fn captures_of_a_held_start_are_the_same() {
+fn captures_from_the_same_initial_state_are_identical() {
     let rows = || {
         let recorded = record(
             BoardKind::Mega,
@@ -299,7 +299,7 @@ fn the_motor_stops_when_the_recorder_is_killed() {
 }
 
 #[test]
-fn real_time_is_recorded_too() {
+fn a_capture_in_real_time_is_recorded() {
     let options = LineOptions {
         pace: Pace::RealTime,
         ..LineOptions::default()

@@ -8,7 +8,7 @@ use firmware_protocol::{BoardMessage, EndReason, HostMessage, LINK_TIMEOUT_MS, M
 use crate::support::{assert_true, complete, with_motor, with_shaft};
 
 #[test]
-fn a_reset_in_mid_run_stops_the_motor_at_once() {
+fn a_reset_during_a_run_stops_the_motor_at_once() {
     for kind in BoardKind::ALL {
         let mut host = with_motor(kind);
         host.say(&HostMessage::Identify);
@@ -36,7 +36,7 @@ fn a_reset_in_mid_run_stops_the_motor_at_once() {
 }
 
 #[test]
-fn a_broken_link_stops_the_motor_within_half_a_second() {
+fn a_lost_connection_stops_the_motor_within_half_a_second() {
     for kind in BoardKind::ALL {
         for sample_time_us in [3_000, 30_000] {
             let mut host = with_motor(kind);
@@ -68,7 +68,7 @@ fn a_broken_link_stops_the_motor_within_half_a_second() {
 }
 
 #[test]
-fn noise_on_the_line_to_the_board_is_no_good_frame() {
+fn noise_on_the_line_to_the_board_is_no_valid_frame() {
     let mut host = with_motor(BoardKind::Uno);
     host.configure(3000, false, &[(1, 4500)])
         .expect("configured");
@@ -95,7 +95,7 @@ fn noise_on_the_line_to_the_board_is_no_good_frame() {
 }
 
 #[test]
-fn a_damaged_message_is_passed_over_and_the_next_one_taken() {
+fn a_damaged_message_is_skipped_and_the_next_one_accepted() {
     for kind in BoardKind::ALL {
         let mut host = with_motor(kind);
         host.alive = false;
@@ -181,7 +181,7 @@ fn a_line_that_is_too_slow_loses_whole_frames_and_reports_it() {
 }
 
 #[test]
-fn edges_that_come_too_fast_are_flagged_before_a_count_is_wrong() {
+fn edges_at_too_high_a_rate_are_flagged_before_a_count_is_wrong() {
     for kind in BoardKind::ALL {
         for counts_per_s in [110_000.0, 115_000.0, 120_000.0] {
             let mut host = with_shaft(kind, SteadyShaft::new(counts_per_s));

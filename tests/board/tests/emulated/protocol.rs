@@ -42,7 +42,7 @@ fn ack(of: u8, detail: u16) -> Vec<BoardMessage> {
 }
 
 #[test]
-fn the_shared_vectors_of_the_host_are_understood() {
+fn the_boards_decoder_accepts_the_shared_vectors_of_the_host() {
     for board in BoardKind::ALL {
         let mut host = with_motor(board);
         host.alive = false;
@@ -76,7 +76,7 @@ fn the_shared_vectors_of_the_host_are_understood() {
 }
 
 #[test]
-fn the_boards_frames_are_the_crates() {
+fn frames_of_the_board_equal_those_of_the_crate() {
     for board in BoardKind::ALL {
         let mut host = with_motor(board);
         host.configure(3000, false, &[(3, 0), (50, 6000), (50, -700)])
@@ -171,7 +171,7 @@ fn invalid_requests_are_refused_with_a_reason() {
 }
 
 #[test]
-fn a_recording_takes_only_stop_alive_and_identify() {
+fn during_a_recording_only_stop_alive_and_identify_are_accepted() {
     for board in BoardKind::ALL {
         let mut host = with_motor(board);
         host.configure(30_000, false, &[(1, 4500)])

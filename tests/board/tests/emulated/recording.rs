@@ -17,7 +17,7 @@ const STEPS: [(u32, u16, u16, i16); 4] = [
 ];
 
 #[test]
-fn every_sample_of_a_step_is_the_true_one() {
+fn every_sample_of_a_step_equals_the_truth() {
     for kind in BoardKind::ALL {
         for (sample_time_us, samples, rest, command_mv) in STEPS {
             let mut host = with_motor(kind);
@@ -86,7 +86,7 @@ fn the_handouts_motor_turns_steadily_at_5_rad_s() {
 }
 
 #[test]
-fn the_board_records_what_the_simulation_says() {
+fn recordings_of_the_board_agree_with_the_simulation() {
     for kind in BoardKind::ALL {
         let mut host = with_motor(kind);
         let profile = [
@@ -123,7 +123,7 @@ fn the_board_records_what_the_simulation_says() {
 }
 
 #[test]
-fn recordings_of_the_same_start_are_the_same_to_the_bit() {
+fn recordings_from_the_same_initial_state_are_bit_identical() {
     let record = || {
         let mut host = with_motor(BoardKind::Uno);
         host.configure(3000, false, &[(10, 0), (90, 4500), (100, -3000)])
@@ -154,7 +154,7 @@ fn time_continues_through_the_wrap_of_micros() {
 }
 
 #[test]
-fn the_driver_puts_out_what_was_commanded() {
+fn the_driver_applies_the_command() {
     for kind in BoardKind::ALL {
         let commands = [
             4500, 4482, 3000, 1000, 100, 36, 0, -36, -1000, -3000, -4482, -4500,
@@ -178,7 +178,7 @@ fn the_driver_puts_out_what_was_commanded() {
 }
 
 #[test]
-fn zero_volts_short_the_motor_or_let_it_go() {
+fn zero_volts_brake_the_motor_or_let_it_coast() {
     for kind in BoardKind::ALL {
         for coast in [false, true] {
             let mut host = with_motor(kind);

@@ -37,7 +37,7 @@ fn documented(row: &str, kind: BoardKind) -> f64 {
 }
 
 #[test]
-fn the_sketch_fits_and_is_as_large_as_its_readme_says() {
+fn the_sketch_fits_and_has_the_size_of_its_readme() {
     for (kind, flash_limit, ram_limit) in [
         (BoardKind::Uno, 32_256, 2_048),
         (BoardKind::Mega, 253_952, 8_192),
