@@ -280,7 +280,7 @@ def the_whole_corpus_gets_an_answer(browser, folder):
     assert answered > len(files)
 
 
-# Name, and words of the program that give it: what the page says is held against them.
+# Name, and words of the program that give it: the page is compared with them.
 RECORDINGS = (
     ("sagging.csv", "capture virtual:?effect=voltage_drop&seed=7&speed=max --profile reversing --duration 3 --ts 0.003"),
     ("backlash.csv", "capture virtual:?effect=backlash&seed=3&speed=max --profile reversing --duration 3 --ts 0.005"),

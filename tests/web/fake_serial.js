@@ -1,5 +1,5 @@
 // A serial port for tests: it answers as a recorded wire does. Each message of the page but ALIVE leads to the next messages of the board.
-// A board that prints text is asked nothing: it begins when the port is opened, and goes on at the log's times.
+// A board that prints text is asked nothing: it begins when the port is opened, and continues at the log's times.
 const ALIVE = 0x87;
 let wire = [];
 let prints = [];
