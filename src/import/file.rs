@@ -22,7 +22,7 @@ const HOPELESS_ROWS: u64 = 1000;
 const MOST_RUNS: usize = 10_000;
 /// Most runs that restarts of the clock make by default: a board is reset by hand a few times in a log, and a wrong
 /// clock column falls in every second row.
-const MOST_UNASKED_RUNS: usize = 12;
+const DEFAULT_MOST_RUNS: usize = 12;
 
 /// Result of an import.
 #[derive(Debug, Clone, Default, serde::Serialize)]
@@ -94,7 +94,7 @@ struct Progress<'a> {
 
 impl<'a> Progress<'a> {
     /// Ends the run after a restart of the clock; with too many restarts all runs are removed.
-    fn clock_began_anew(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
+    fn clock_restarted(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
         let runs = self.imported.runs.len() + 2;
         if runs <= self.most_runs {
             return self.next_run(next, line);
@@ -195,7 +195,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
             rejected,
             bad_in_run: 0,
             used: 0,
-            most_runs: map.most_runs.unwrap_or(MOST_UNASKED_RUNS),
+            most_runs: map.most_runs.unwrap_or(DEFAULT_MOST_RUNS),
         };
         let numbered = |progress: &Progress| {
             let path = split_name(output, &(progress.imported.runs.len() + 2).to_string());
@@ -237,7 +237,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
                 match converted {
                     // The board restarted: a new run.
                     Err(RowProblem::TimeNotRising { after, .. }) if after > first.after => {
-                        progress.clock_began_anew(numbered(&progress), first.line)?;
+                        progress.clock_restarted(numbered(&progress), first.line)?;
                         converter = Converter::new(map, &layout);
                         let begun = converter.convert(&first.cells, first.commented);
                         progress.settle(first.line, begun, &first.content)?;
@@ -251,7 +251,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
                 Err(RowProblem::TimeNotRising { .. })
                     if self.is_new_block && layout.split_by.is_none() =>
                 {
-                    progress.clock_began_anew(numbered(&progress), line)?;
+                    progress.clock_restarted(numbered(&progress), line)?;
                     converter = Converter::new(map, &layout);
                     converted = converter.convert(&self.cells, self.commented);
                 }

@@ -130,7 +130,7 @@ pub(super) struct FieldSection {
 
 impl MapFile {
     /// Reverses the motion.
-    pub fn turn_round(&mut self) {
+    pub fn reverse(&mut self) {
         let turned = |scale: &mut Option<f64>, offset: &mut Option<f64>| {
             *scale = Some(-scale.unwrap_or(1.0));
             *offset = offset.map(|offset| -offset);

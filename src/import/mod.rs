@@ -37,7 +37,7 @@ mod unmapped;
 
 pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
-pub use formats::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES};
+pub use formats::{Form, FormatError, MOST_FILE_BYTES, RECOGNITION_BYTES};
 pub use kind::Kind;
 pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 pub use map::{Integration, Map};

@@ -3,7 +3,7 @@
 use std::io::{self, Cursor, Read};
 
 use super::unmapped::{HEAD_BYTES, Reading, Ready, Said, understand, understand_table};
-use super::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES, Table};
+use super::{Form, FormatError, MOST_FILE_BYTES, RECOGNITION_BYTES, Table};
 
 /// Why a log cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +36,7 @@ impl<'a> Source<'a> {
     /// # Errors
     /// It cannot be read, or its format is not supported.
     pub fn new(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Self, SourceError> {
-        let beginning = beginning(&mut bytes, TOLD_BY_BYTES as u64)?;
+        let beginning = beginning(&mut bytes, RECOGNITION_BYTES as u64)?;
         let form = Form::of(&beginning).or_else(|| Form::of_name(name));
         let mut all = Cursor::new(beginning).chain(bytes);
         let Some(form) = form else {

@@ -48,7 +48,7 @@ pub use error::FormatError;
 use super::table::Table;
 
 /// Bytes at the beginning of a file by which its format is recognized.
-pub const TOLD_BY_BYTES: usize = 1 << 14;
+pub const RECOGNITION_BYTES: usize = 1 << 14;
 /// Largest file in bytes: it is read into memory.
 pub const MOST_FILE_BYTES: u64 = 1 << 30;
 /// Most values of a table: half a gigabyte of memory, an hour of 20 signals at 500 Hz.

@@ -132,7 +132,7 @@ impl Variables {
     }
 
     /// Text about unsupported objects with the remedy; empty without any.
-    fn said_not_read(&self) -> String {
+    fn not_read_words(&self) -> String {
         let (listed, count) = &self.not_read;
         let mut said = all_of(listed, *count);
         if self.has_objects {
@@ -144,7 +144,7 @@ impl Variables {
 
     /// The series by their time; without any, the vectors of the most frequent length.
     pub fn table(mut self) -> Result<Table, FormatError> {
-        let not_read = self.said_not_read();
+        let not_read = self.not_read_words();
         // A vector equal to the time of a series is redundant.
         let times = &self.by_time;
         self.vectors

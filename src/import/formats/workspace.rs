@@ -11,7 +11,7 @@ const MOST_STRUCTS: usize = 64;
 /// Deepest nesting of values: structs, a Dataset's storage, its signals and their buses.
 const MOST_DEPTH: usize = 32;
 /// Most values visited: a thousand signals with all their MATLAB properties.
-const MOST_LOOKS: usize = 1 << 18;
+const MOST_VISITS: usize = 1 << 18;
 
 /// A value of the workspace.
 pub(super) enum Value {
@@ -84,7 +84,7 @@ struct Workspace<'a> {
     /// Numbers that may still be read: objects may refer to the same ones repeatedly.
     values: usize,
     /// Values that may still be visited.
-    looks: usize,
+    visits: usize,
 }
 
 pub(super) fn table(
@@ -97,7 +97,7 @@ pub(super) fn table(
         objects: objects.as_ref(),
         variables: Variables::new(form),
         values: MOST_VALUES,
-        looks: MOST_LOOKS,
+        visits: MOST_VISITS,
     };
     for (name, value) in values {
         workspace.add(&name, &value, 0)?;
@@ -108,8 +108,9 @@ pub(super) fn table(
 impl Workspace<'_> {
     /// The vectors in a value, with MATLAB's names for them.
     fn add(&mut self, name: &str, value: &Value, depth: usize) -> Result<(), FormatError> {
-        let left = self.looks.checked_sub(1).filter(|_| depth <= MOST_DEPTH);
-        self.looks = left.ok_or_else(|| self.form.broken("its values are nested without end"))?;
+        let remaining = self.visits.checked_sub(1).filter(|_| depth <= MOST_DEPTH);
+        self.visits =
+            remaining.ok_or_else(|| self.form.broken("its values are nested without end"))?;
         match value {
             Value::Numbers(sizes, numbers) => match (reference(numbers), &sizes[..]) {
                 (Some(ids), _) => self.objects(name, "unknown", &ids, depth),
@@ -127,8 +128,8 @@ impl Workspace<'_> {
     }
 
     fn charge(&mut self, count: usize) -> Result<(), FormatError> {
-        let left = self.values.checked_sub(count);
-        self.values = left.ok_or_else(|| self.form.too_much("values"))?;
+        let remaining = self.values.checked_sub(count);
+        self.values = remaining.ok_or_else(|| self.form.too_much("values"))?;
         Ok(())
     }
 

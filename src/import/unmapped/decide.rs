@@ -114,7 +114,7 @@ impl<'a> Decision<'a> {
         self.current()?;
         self.rows();
         if self.said.reverse {
-            self.map.turn_round();
+            self.map.reverse();
         }
         Ok(())
     }

@@ -21,7 +21,7 @@ impl Decision<'_> {
     ) -> Result<Option<(usize, Option<usize>, Backwards)>, Unclear> {
         let (at, said) = match &self.said.direction {
             Some(text) if text == "none" => return Ok(None),
-            Some(text) => self.said_direction(text)?,
+            Some(text) => self.stated_direction(text)?,
             None if self.column(command).lowest() < 0.0 => return Ok(None),
             None => match self.direction_by_name() {
                 Some(at) => (at, None),
@@ -75,7 +75,7 @@ impl Decision<'_> {
     }
 
     /// `dir`, `dir:0` or `dir:CCW`: the value for backwards.
-    fn said_direction(&self, text: &str) -> Result<(usize, Option<Backwards>), Unclear> {
+    fn stated_direction(&self, text: &str) -> Result<(usize, Option<Backwards>), Unclear> {
         let (name, reverse) = match text.rsplit_once(':') {
             Some((name, reverse)) if self.find(text).is_none() => (name, Some(backwards(reverse))),
             _ => (text, None),

@@ -25,7 +25,7 @@ pub(super) fn commands_of(file_name: &str) -> Vec<String> {
             "v" | "volt" | "volts" => format!("{}V", short(number)),
             "percent" => format!("{}%", short(number)),
             _ if after.starts_with('%') => format!("{}%", short(number)),
-            "" => match word_before(before).as_str() {
+            "" => match preceding_word(before).as_str() {
                 "duty" | "percent" if number.abs() <= PERCENT => format!("{}%", short(number)),
                 "pwm" => format!("{}pwm", short(number)),
                 _ => continue,
@@ -79,7 +79,7 @@ fn unit_after(text: &str) -> String {
 }
 
 /// The letters before a number, possibly with a character between.
-fn word_before(text: &str) -> String {
+fn preceding_word(text: &str) -> String {
     let text = text.strip_suffix(['_', ' ', '-', '=']).unwrap_or(text);
     let word = text.rsplit(|c: char| !c.is_alphabetic()).next();
     word.unwrap_or_default().to_lowercase()

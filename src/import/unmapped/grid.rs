@@ -5,14 +5,14 @@
 //! `step` with the probability `2 tolerance / step` each.
 
 /// Largest probability of a grid at random.
-const BY_CHANCE: f64 = 1e-6;
+const AT_RANDOM: f64 = 1e-6;
 /// Largest share of numbers off the grid: one disturbed sample in a thousand.
 const OFF: f64 = 1e-3;
 /// Smallest distances between neighbours that are tried as steps.
 const DISTANCES: usize = 6;
 /// Levels that differ by the last digit are merged, so that any numbers have steps of two digits (4 roundings); a
 /// step above this is significant.
-const TOLD: f64 = 4.5;
+const SIGNIFICANT: f64 = 4.5;
 /// Largest multiple of the step that the smallest distance may be.
 const MULTIPLES: u32 = 4;
 
@@ -38,10 +38,10 @@ pub(super) fn step_of(numbers: &[f64], rounding: f64) -> Option<f64> {
     let candidates = distances
         .into_iter()
         .flat_map(|distance| (1..=MULTIPLES).map(move |parts| distance / f64::from(parts)));
-    let is_told = |step: &f64| *step > TOLD * rounding || all_on(numbers, *step);
+    let is_significant = |step: &f64| *step > SIGNIFICANT * rounding || all_on(numbers, *step);
     candidates
         .filter_map(|step| on_grid(&levels, step, rounding))
-        .filter(is_told)
+        .filter(is_significant)
         .max_by(f64::total_cmp)
 }
 
@@ -81,7 +81,7 @@ fn on_grid(levels: &[f64], step: f64, rounding: f64) -> Option<f64> {
         .iter()
         .map(|level| (2.0 * tolerance(*level, rounding) / step).min(1.0).ln())
         .sum();
-    (chance < BY_CHANCE.ln()).then_some(step)
+    (chance < AT_RANDOM.ln()).then_some(step)
 }
 
 /// Half the last digit plus the rounding of a 32-bit float, which sketches use.

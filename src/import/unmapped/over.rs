@@ -94,7 +94,7 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
     map.rows.runs = said.runs.or(map.rows.runs);
     map.rows.unsigned = said.unsigned.or(map.rows.unsigned);
     if said.reverse {
-        map.turn_round();
+        map.reverse();
     }
     Ready::of(map)
 }

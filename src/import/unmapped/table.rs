@@ -39,36 +39,39 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
     for separator in separators {
         // A decimal comma between commas is quoted.
         let is_decimal_comma = true;
-        let looks: Vec<Look> = (table.iter().take(BANNER_LINES))
-            .map(|(_, line)| Look::at(line, separator, is_decimal_comma))
+        let shapes: Vec<LineShape> = (table.iter().take(BANNER_LINES))
+            .map(|(_, line)| LineShape::at(line, separator, is_decimal_comma))
             .collect();
         // A separator at the end of every row ends it; at the end of some it precedes an empty cell.
-        let mut rows = looks
+        let mut rows = shapes
             .iter()
-            .filter(|look| look.share >= 0.5 && look.cells > 1);
-        let surplus = usize::from(rows.clone().count() > 0 && rows.all(|look| look.is_open));
-        let alike = ALIKE.min(looks.len().saturating_sub(1)).max(1);
-        let is_row = |look: &Look, cells: usize| look.cells == cells && look.share >= 0.5;
-        let begins = (0..looks.len().saturating_sub(alike - 1)).filter(|&at| {
-            let cells = looks[at].cells;
-            cells > surplus && looks[at..at + alike].iter().all(|look| is_row(look, cells))
+            .filter(|shape| shape.share >= 0.5 && shape.cells > 1);
+        let surplus = usize::from(rows.clone().count() > 0 && rows.all(|shape| shape.is_open));
+        let alike = ALIKE.min(shapes.len().saturating_sub(1)).max(1);
+        let is_row = |shape: &LineShape, cells: usize| shape.cells == cells && shape.share >= 0.5;
+        let begins = (0..shapes.len().saturating_sub(alike - 1)).filter(|&at| {
+            let cells = shapes[at].cells;
+            cells > surplus
+                && shapes[at..at + alike]
+                    .iter()
+                    .all(|shape| is_row(shape, cells))
         });
         // A banner of `key,number` lines is a short table.
         let rows = |at: usize| {
-            let rows = looks[at..].iter();
-            rows.take_while(|look| is_row(look, looks[at].cells))
+            let rows = shapes[at..].iter();
+            rows.take_while(|shape| is_row(shape, shapes[at].cells))
                 .count()
         };
         let long = begins.clone().find(|&at| rows(at) >= LONG);
         let Some(first) = long.or_else(|| begins.clone().next()) else {
             continue;
         };
-        let look = &looks[first];
-        let columns = look.cells - surplus;
+        let shape = &shapes[first];
+        let columns = shape.cells - surplus;
         // The number of columns is preferred to a larger share: a list of one column is all numbers too. A terminal's
         // stamp is no column.
-        let own = columns - usize::from(look.is_stamped);
-        let score = look.share * if own > 1 { 1.0 } else { 0.4 };
+        let own = columns - usize::from(shape.is_stamped);
+        let score = shape.share * if own > 1 { 1.0 } else { 0.4 };
         if best
             .as_ref()
             .is_none_or(|(before, _)| score > *before + 1e-9)
@@ -114,7 +117,7 @@ fn is_of_numbers(line: &[u8], labels: &[Vec<u8>]) -> bool {
 }
 
 /// Cells of one line with one separator.
-struct Look {
+struct LineShape {
     cells: usize,
     /// Share of numbers and stamps among the non-empty cells.
     share: f64,
@@ -124,7 +127,7 @@ struct Look {
     is_stamped: bool,
 }
 
-impl Look {
+impl LineShape {
     fn at(line: &[u8], separator: Separator, is_decimal_comma: bool) -> Self {
         let mut cells = Cells::default();
         cells.split(line, separator);
