@@ -1,12 +1,12 @@
-//! From the cells of a row to a sample in SI.
+//! Conversion of the cells of a row to a sample in SI units.
 //!
-//! Position in counts is `(number + turns * wrap) * scale + offset`, rounded; `turns` goes up or down
-//! by one whenever the number jumps by more than half of `wrap`. Increments are summed up. A speed-only log is integrated:
-//! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid; weighted where the motor's time constant is known),
-//! `n[k] = n[k-1] + v[k] * (t[k] - t[k-1])` (backward) or `n[k] = n[k-1] + v[k-1] * (t[k] - t[k-1])` (forward).
+//! Position in counts is `(number + turns * wrap) * scale + offset`, rounded; `turns` changes by one when the number
+//! jumps by more than half of `wrap`. Increments are summed. A speed-only log is integrated: `n[k] = n[k-1] + (v[k-1]
+//! + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid; weighted if the motor's time constant is known), `n[k] = n[k-1] + v[k]
+//! * (t[k] - t[k-1])` (backward) or `n[k] = n[k-1] + v[k-1] * (t[k] - t[k-1])` (forward).
 //!
-//! An encoder of one channel has no sign. With `unsigned` what came since the row before has the sign of the command that was in
-//! force meanwhile, of the last one that was not 0 while the motor coasts.
+//! An encoder with one channel has no sign. With `unsigned` the increment since the previous row has the sign of the
+//! command in that interval, or of the last non-zero one while the motor coasts.
 
 use super::cells::Cells;
 use super::clock::{Counts, RowClock};
@@ -24,22 +24,22 @@ use crate::motor::plausible;
 /// One row in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
-    /// Number of the row in its run, bad ones included.
+    /// Number of the row in its run, rejected ones included.
     pub seq: u64,
-    /// From the run's first row.
+    /// Relative to the run's first row.
     pub t_s: f64,
     /// V, A or N m.
     pub command: f64,
     pub counts: i64,
-    /// Of a log of speeds the speed in counts/s.
+    /// The speed in counts/s, in a log of speeds.
     pub speed_counts_s: Option<f64>,
     pub current_a: Option<f64>,
     pub supply_v: Option<f64>,
-    /// The command was this many times full drive, more than there is, and is held to it.
+    /// Ratio of the command to full drive before it was clamped.
     pub beyond_full: Option<f64>,
 }
 
-/// Converts row after row of one run.
+/// Converter of the rows of one run.
 #[derive(Debug)]
 pub(super) struct Converter<'a> {
     map: &'a Map,
@@ -49,27 +49,27 @@ pub(super) struct Converter<'a> {
     position: Unwrapped,
     first_time_s: Option<f64>,
     before: Option<Before>,
-    /// Of the last command that was not 0; 1 before the first.
+    /// Sign of the last non-zero command; 1 before the first.
     sign: f64,
     held: Held,
 }
 
-/// Values that stay until their next one, where the mapping says `empty = "hold"`. Before its first value a command is 0.
+/// Values that are held until the next one, with `empty = "hold"`. Before its first value a command is 0.
 #[derive(Debug, Clone, Copy, Default)]
 struct Held {
-    /// The command, in the column's own numbers.
+    /// The command in the column's units.
     command: f64,
     supply_v: Option<f64>,
 }
 
-/// State of the last good row for the next one.
+/// State of the last accepted row.
 #[derive(Debug, Clone, Copy)]
 struct Before {
     t_s: f64,
-    /// Where the log has speeds only.
+    /// In a log of speeds.
     speed: f64,
     position: f64,
-    /// The position before its sign was the command's.
+    /// The position before the sign of the command is applied.
     unsigned: f64,
 }
 
@@ -88,13 +88,13 @@ impl<'a> Converter<'a> {
         }
     }
 
-    /// A row that cannot even be taken apart.
+    /// Counts a row that cannot be split into cells.
     pub fn skip(&mut self) {
         self.rows += 1;
     }
 
-    /// The sample of a row; a bad row changes nothing but the numbers of those that follow. `None` for a row that has no position
-    /// and only sets what is held.
+    /// The sample of a row; a rejected row changes only the numbers of the following ones. `None` for a row without a
+    /// position, which only sets held values.
     pub fn convert(
         &mut self,
         cells: &Cells,
@@ -125,7 +125,7 @@ impl<'a> Converter<'a> {
         let motion = self.layout.motion.as_ref();
         if self.map.holds && motion.is_some_and(|place| is_empty(cells, place)) {
             self.held = held;
-            // A time since the row before goes on in a row that is no sample.
+            // The time since the previous row counts in a row that is no sample.
             if self.map.counts_time_since_row_before() {
                 self.time = self.time_s(cells, seq)?.1;
             }
@@ -180,7 +180,7 @@ impl<'a> Converter<'a> {
         }))
     }
 
-    /// Value held from this row on.
+    /// Values held from this row on.
     fn held(&self, cells: &Cells, commented: Option<f64>) -> Result<Held, RowProblem> {
         let mut held = self.held;
         if !self.map.holds {
@@ -270,7 +270,7 @@ impl<'a> Converter<'a> {
         }
     }
 
-    /// An empty cell is a value that this sample lacks.
+    /// An empty cell is a missing value.
     fn measured(
         &self,
         cells: &Cells,
@@ -287,7 +287,7 @@ impl<'a> Converter<'a> {
         }
     }
 
-    /// The command in SI, and how many times full drive it would have been.
+    /// The command in SI units, and its ratio to full drive before clamping.
     fn command(
         &self,
         number: f64,
@@ -320,7 +320,7 @@ impl<'a> Converter<'a> {
         }
     }
 
-    /// `sign` is the direction since the row before, for an encoder that has none.
+    /// `sign` is the direction since the previous row, for an encoder without one.
     fn position(
         &self,
         cells: &Cells,
@@ -348,7 +348,7 @@ impl<'a> Converter<'a> {
         match &self.map.position {
             PositionSource::NotRecorded => {}
             PositionSource::Column(field) => {
-                // Whole numbers are kept as they are, beyond what a float can hold.
+                // Integers are exact beyond the precision of a float.
                 let plain = field.wrap.is_none()
                     && !self.map.unsigned
                     && field.scale == 1.0
@@ -400,21 +400,21 @@ impl<'a> Converter<'a> {
     }
 }
 
-/// Weight of the speed at the end in the mean between two rows: half of a straight line. A first-order response of time constant `T`
-/// that ends a step of `h` at `v1` from `v0` has the mean `v0 + (v1 - v0) (1 / (1 - exp(-h/T)) - T/h)`.
+/// Weight of the final speed in the mean between two rows: 0.5 for a straight line. A first-order response with time
+/// constant `T` from `v0` to `v1` in a step of `h` has the mean `v0 + (v1 - v0) (1 / (1 - exp(-h/T)) - T/h)`.
 fn weight_of_end(step_s: f64, time_constant_s: Option<f64>) -> f64 {
     let Some(time_constant_s) = time_constant_s else {
         return 0.5;
     };
     let h = step_s / time_constant_s;
-    // The two terms cancel below: there it is the beginning of the series.
+    // The two terms cancel for small values, where the series is used.
     match h < 1e-3 {
         true => 0.5 + h / 12.0,
         false => -(-h).exp_m1().recip() - h.recip(),
     }
 }
 
-/// A command that is full drive but for the rounding of its digits is full drive.
+/// Rounding tolerance of a command at full drive.
 const ROUNDING: f64 = 1e-6;
 
 fn is_empty(cells: &Cells, place: &Place) -> bool {

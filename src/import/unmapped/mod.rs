@@ -1,7 +1,8 @@
-//! A log without a mapping: what its names, its numbers and a few flags say makes the mapping.
+//! Import without a mapping: names, numbers and a few flags determine it.
 //!
-//! [`understand`] looks at the beginning of a log and gives a mapping of the same kind that a mapping file holds, or one message
-//! with all missing facts and the finished command line. Facts that change a verdict and that neither names nor values determine are requested.
+//! [`understand`] reads the beginning of a log and returns a mapping as in a mapping file, or one error with all
+//! missing facts and the complete command line. Facts that affect the verdict and follow neither from names nor from
+//! values are requested.
 
 mod centred;
 mod clock;
@@ -47,35 +48,35 @@ use super::map_file::MapFile;
 use super::table::Table;
 use crate::plain::quoted;
 
-/// A log's beginning in bytes that is looked at.
+/// Bytes at the beginning of a log that are read.
 pub const HEAD_BYTES: u64 = 4 << 20;
 
-/// Why nothing is integrated.
+/// Message for an integration rule without a speed.
 const NO_SPEED: &str =
     "--integrate is given, and no speed is read\nhint: --speed COLUMN:UNIT names one";
 
 /// Interpretation of a log.
 #[derive(Debug)]
 pub struct Reading {
-    /// One thing after the other.
+    /// The decisions.
     pub understood: Vec<Understood>,
-    /// Further remarks.
+    /// Further notes.
     pub notes: Vec<String>,
     /// The mapping, or the missing facts.
     pub map: Result<Ready, Unclear>,
 }
 
-/// A mapping that is ready.
+/// A complete mapping.
 #[derive(Debug)]
 pub struct Ready {
-    /// As it is used.
+    /// In memory.
     pub map: Map,
-    /// As a mapping file says it.
+    /// As a mapping file.
     pub toml: String,
 }
 
 impl Ready {
-    /// Of a mapping file's content.
+    /// From a mapping file's content.
     fn of(file: MapFile) -> Result<Self, Unclear> {
         let toml = toml::to_string(&file).map_err(|error| Unclear::Unwritten(error.to_string()))?;
         let map = file.checked()?;
@@ -83,8 +84,8 @@ impl Ready {
     }
 }
 
-/// Makes a mapping of a log's beginning (`is_whole`: that is all of it) and the given facts. `command` is the command line
-/// so far, to which the message about what is missing adds flags.
+/// Makes a mapping from a log's beginning (complete if `is_whole`) and the given facts. `command` is the command line
+/// so far, to which the error about missing facts adds flags.
 pub fn understand(
     head: &[u8],
     is_whole: bool,
@@ -112,7 +113,8 @@ pub fn understand(
     decided(&survey, file_name, said, command)
 }
 
-/// The same of a table, whose layout is known. A mapping that names its columns fits it regardless of its keys for text files.
+/// The same for a table, whose format is known. A mapping by column names fits it regardless of its keys for text
+/// files.
 pub fn understand_table(table: &Table, file_name: &str, said: &Said, command: &str) -> Reading {
     let survey = survey::of_table(table);
     let mut reading = decided(&survey, file_name, said, command);
@@ -129,7 +131,7 @@ fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str)
         }
         true => {
             let mut file = decision.map.clone();
-            // The line of names is found by the names: the next log may have another banner.
+            // The line of names is found by the names: another log may have another banner.
             if file.clone().checked()?.asks_for_names() {
                 file.file.skip_lines = 0;
             }
@@ -148,7 +150,6 @@ fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str)
     }
 }
 
-/// The command line with its flags.
 fn finished(command: &str, flags: &[(&'static str, String)]) -> String {
     let mut line = command.to_owned();
     for (flag, value) in flags {

@@ -1,4 +1,4 @@
-//! Where the position or the speed is, and how fine it is.
+//! The position or speed of a log: its column, and its resolution.
 
 use std::f64::consts::TAU;
 
@@ -11,9 +11,9 @@ use super::turns::{is_sensor, turn_in};
 use super::unclear::Unclear;
 use super::units::Role;
 
-/// Finest position in counts per revolution that is read off a column's digits: beyond it they are a float's own.
+/// Largest counts per revolution derived from a column's digits: finer ones are a float's.
 pub(super) const FINEST: f64 = 1e6;
-/// A number of counts per revolution is whole within this share: the rest is rounding.
+/// Tolerance of integral counts per revolution: rounding.
 pub(super) const WHOLE: f64 = 0.005;
 
 /// Definition of counts per revolution.
@@ -21,15 +21,15 @@ pub(super) const COUNTED: &str = "counts of the encoder in one turn, all four ed
 
 /// `pos_estimate` and `vel_estimate` of an ODrive are in revolutions.
 pub(super) const ODRIVE: &str = "estimate";
-/// Share of a turn that an angle takes which wraps.
+/// Least share of a turn that a wrapping angle covers.
 const FILLED: f64 = 0.9;
-/// Counts in which a sensor of 10, 12 or 14 bits tells one turn.
+/// Counts per revolution of sensors of 10, 12 or 14 bits.
 const POWERS: [f64; 3] = [1024.0, 4096.0, 16_384.0];
-/// Counters of 16 and 32 bits.
+/// Ranges of 16-bit and 32-bit counters.
 const COUNTERS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 
 impl Decision<'_> {
-    /// The column of the motion, where it is known.
+    /// The column of the motion, if known.
     pub(super) fn motion(&mut self, step_s: Option<f64>) -> Result<Option<usize>, Unclear> {
         let said = self.said;
         match (&said.position, &said.speed) {
@@ -149,7 +149,7 @@ impl Decision<'_> {
         None
     }
 
-    /// Of several columns those that belong to the command that is said.
+    /// Candidates that belong to the given command.
     fn beside_said(&self, candidates: Vec<usize>) -> Vec<usize> {
         let command = self
             .said
@@ -211,7 +211,8 @@ impl Decision<'_> {
             let is_angle = words
                 .iter()
                 .any(|word| matches!(word.as_str(), "angle" | "theta" | "phi" | "winkel"));
-            // Only a proposal: motors turn more than once, and angles in degrees then go beyond 360, or fill one turn.
+            // Only a proposal: motors make more than one turn, so that angles in degrees exceed 360, or cover one
+            // turn.
             let range = column.highest() - column.lowest();
             let fills = |turn: &f64| (FILLED * turn..=*turn).contains(&range);
             let raw_turn = POWERS.into_iter().find(fills);
@@ -270,7 +271,7 @@ impl Decision<'_> {
             ));
         }
         let turn = turn_in(unit);
-        // Whole degrees are whole in the next log too, whatever this one has of them.
+        // Integral degrees are integral in other logs of the kind as well.
         let digit = Some(2.0 * column.rounding()).filter(|digit| *digit > 0.0);
         let step = match column.is_whole() {
             true => Some(1.0),
@@ -323,7 +324,7 @@ impl Decision<'_> {
         }
     }
 
-    /// Travel of a linear axis in one turn, which metres need.
+    /// Travel of a linear axis in one turn, needed for metres.
     pub(super) fn travel(&mut self, at: usize, unit: &str) {
         if self.said.m_per_rev.is_none() {
             let name = self.name(at);
@@ -334,7 +335,7 @@ impl Decision<'_> {
         }
     }
 
-    /// Counts per revolution of the run: given, in a name, or read off (`found`); else they are asked for.
+    /// Counts per revolution of the run: given, in a name, or derived (`found`); else requested.
     pub(super) fn counts_per_rev(&mut self, found: Option<f64>, why: String) -> Option<f64> {
         let named = self.says.iter().find_map(|says| says.counts_per_rev);
         let counts = self.said.counts_per_rev.or(named).or(found);
@@ -346,7 +347,7 @@ impl Decision<'_> {
     }
 }
 
-/// A number that is whole but for rounding.
+/// A number rounded if it is integral within the tolerance.
 pub(super) fn whole(number: f64) -> f64 {
     let whole = number.round();
     if whole > 0.0 && (number / whole - 1.0).abs() < WHOLE {
@@ -356,7 +357,7 @@ pub(super) fn whole(number: f64) -> f64 {
     }
 }
 
-/// Whether a column is one that begins anew after `wrap`: it stays within, jumps by more than half of it, and is smooth without.
+/// Whether a column wraps at `wrap`: it stays within, jumps by more than half of it, and is smooth otherwise.
 fn goes_round(column: &Column, wrap: f64) -> bool {
     let steps = column.steps();
     let is_within = column.highest() - column.lowest() <= wrap * 1.001;
@@ -366,7 +367,7 @@ fn goes_round(column: &Column, wrap: f64) -> bool {
     is_within && jumps > 0 && smooth * 100 >= steps.len() * 98
 }
 
-/// The unit of an angle that wraps: after 360 it is degrees, after 2 pi radians.
+/// The unit of a wrapping angle: degrees at 360, radians at 2 pi.
 fn unit_of_round(column: &Column) -> Option<&'static str> {
     let range = column.highest() - column.lowest();
     let spans = |wrap: f64| range > FILLED * wrap && goes_round(column, wrap);

@@ -1,7 +1,7 @@
-//! Meaning of a column's name: which quantity it holds, and in which unit.
+//! Meaning of a column's name: quantity and unit.
 //!
-//! A name is taken apart into words at everything that is no letter and no digit, and where a capital follows a small letter.
-//! The words tell the quantity; a unit stands in brackets or at the end.
+//! A name is split into words at all characters other than letters and digits, and at a capital after a small letter.
+//! The words determine the quantity; a unit is in brackets or at the end.
 
 use super::name_words::{
     COMMANDS, CURRENTS, ENDS, FIELD_VOLTAGES, FREQUENCIES, INCREMENTS, INPUTS, INTERVALS, LOOPS,
@@ -13,19 +13,19 @@ use super::units::{Role, unit_of};
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct NameSays {
     pub role: Option<Role>,
-    /// In the spelling of mapping files.
+    /// In the notation of mapping files.
     pub unit: Option<&'static str>,
     /// `duty_255`, `pwm_885max`.
     pub full: Option<f64>,
     /// `counts_8192_per_rev`.
     pub counts_per_rev: Option<f64>,
-    /// `rpm_x10`: its numbers are so many times the quantity.
+    /// `rpm_x10`: factor of its numbers.
     pub times: Option<f64>,
-    /// The words, to find what belongs to it: `left` of `rpm_left`.
+    /// The words, to find related columns: `left` of `rpm_left`.
     pub words: Vec<String>,
-    /// The quantity is said by a word of its own, not by a unit alone.
+    /// The quantity is named by a word, not by a unit alone.
     pub is_named: bool,
-    /// The electrical speed: as many times the shaft's as there are pole pairs.
+    /// The electrical speed: the shaft's times the number of pole pairs.
     pub is_electrical: bool,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
     } else if has(CURRENTS) && !has(SPEEDS) && !has(POSITIONS) {
         Some(Role::Current)
     } else if has(SPEEDS) || (has(POSITIONS) && (is_per_time(&words) || is_frequency(&words))) {
-        // `speed_cmd` is what a controller was to reach.
+        // `speed_cmd` is the setpoint of a controller.
         let is_asked = has(&["cmd", "command", "u"]);
         Some(if is_asked {
             Role::Reference
@@ -120,7 +120,7 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
     found
 }
 
-/// Whether a name or the unit below it says per mille.
+/// Whether a name or the unit below it is in per mille.
 fn is_per_mille(name: &str, unit_line: Option<&str>) -> bool {
     let texts = [Some(name), unit_line].into_iter().flatten();
     texts.map(str::to_lowercase).any(|text| {
@@ -130,7 +130,7 @@ fn is_per_mille(name: &str, unit_line: Option<&str>) -> bool {
     })
 }
 
-/// Whether the words say a frequency, which is that of an encoder's pulses or of the shaft's turns.
+/// Whether the words are those of a frequency, of an encoder's pulses or of the shaft's revolutions.
 pub(super) fn is_frequency(words: &[String]) -> bool {
     (words.iter()).any(|word| FREQUENCIES.contains(&word.as_str()))
 }
@@ -142,14 +142,14 @@ fn is_electrical(words: &[String]) -> bool {
     is_e || has(&["erpm"]) || (has(&["electrical", "elec"]) && has(SPEEDS))
 }
 
-/// `Sollspannung`: what an open loop was told to put out is the command.
+/// `Sollspannung`: the setpoint of an open loop is the command.
 fn is_voltage_reached(words: &[String]) -> bool {
     words
         .windows(2)
         .any(|two| two[0] == "soll" && two[1] == "spannung")
 }
 
-/// Names of a controller's columns: where none says a command in words of its own, what it puts out is the command.
+/// Names of a controller's columns: without a named command, its output is the command.
 pub(super) fn name_outputs(all: &mut [NameSays], is_numeric: impl Fn(usize) -> bool) {
     if all
         .iter()
@@ -170,14 +170,14 @@ pub(super) fn name_outputs(all: &mut [NameSays], is_numeric: impl Fn(usize) -> b
     }
 }
 
-/// Whether a name says what a controller measures.
+/// Whether a name is that of a controller's measured value.
 pub(super) fn is_input(says: &NameSays) -> bool {
     says.words
         .iter()
         .any(|word| INPUTS.contains(&word.as_str()))
 }
 
-/// Whether the words are those of the time since the row before: `dt`, `dt_us`, `delta_t`, `delta_ms`.
+/// Whether the words are those of the time since the previous row: `dt`, `dt_us`, `delta_t`, `delta_ms`.
 fn is_interval<'a>(words: &'a [String], units: impl Iterator<Item = &'a str>) -> bool {
     let is_time = |word: &str| TIMES.contains(&word) || unit_of(Role::Time, word).is_some();
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
@@ -186,11 +186,11 @@ fn is_interval<'a>(words: &'a [String], units: impl Iterator<Item = &'a str>) ->
     has(INTERVALS) || is_d_t || (has(LOOPS) && all.any(is_time))
 }
 
-/// A name that is nothing but a unit tells the quantity by it, as `millis`, `vir_V` and `x [rad]` do.
+/// A name that is only a unit determines the quantity, such as `millis`, `vir_V` and `x [rad]`.
 fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
     let by_text = |text: &str| {
         let roles = [Role::Time, Role::Speed, Role::Position, Role::Command];
-        // Per cent are also an efficiency and a charge; `ms` may be metres a second, and `m/s` nothing else.
+        // Percent may be an efficiency or a charge; `ms` may be metres per second, `m/s` nothing else.
         let is_clear = |unit: &str| {
             !matches!(
                 unit,
@@ -224,7 +224,7 @@ fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
         .or_else(at_end)
 }
 
-/// `deg_per_sample`: since the row before.
+/// `deg_per_sample`: since the previous row.
 fn is_per_row(words: &[String]) -> bool {
     const ROWS: [&str; 8] = [
         "sample",
@@ -247,7 +247,7 @@ fn is_per_time(words: &[String]) -> bool {
     })
 }
 
-/// The unit that the last words make together: `rad_per_s`, `rad_s`, `ms`.
+/// The unit of the last words together: `rad_per_s`, `rad_s`, `ms`.
 fn unit_at_end(role: Role, words: &[String]) -> Option<&'static str> {
     (1..=words.len().min(3))
         .rev()
@@ -262,7 +262,7 @@ fn unit_at_end(role: Role, words: &[String]) -> Option<&'static str> {
         })
 }
 
-/// `x10`, `x100` behind other words.
+/// `x10`, `x100` after other words.
 fn times(words: &[String]) -> Option<f64> {
     let at = words.iter().skip(1).position(|word| word == "x")? + 1;
     let times = words.get(at + 1)?;
@@ -271,7 +271,7 @@ fn times(words: &[String]) -> Option<f64> {
         .flatten()
 }
 
-/// A name without its brackets, and what stands in them.
+/// A name without its brackets, and their content.
 fn bracketed(name: &str) -> (String, Option<String>) {
     let open = name.find(['(', '[', '{']);
     let close = name.rfind([')', ']', '}']);
@@ -309,7 +309,7 @@ fn words(name: &str) -> Vec<String> {
         before = c;
     }
     words.retain(|word| !word.is_empty());
-    // `enc1`, `pwm2`: the number of a motor is a word of its own.
+    // `enc1`, `pwm2`: the number of a motor is a separate word.
     words
         .into_iter()
         .flat_map(|word| {

@@ -1,5 +1,5 @@
-//! A clock in two columns: whole seconds, and what is less than a second: `sec` and `nanosec`, `tv_sec` and `tv_usec`; or minutes and
-//! seconds. The whole seconds may be time stamps.
+//! A clock in two columns: integral seconds and their fraction, `sec` and `nanosec`, `tv_sec` and `tv_usec`; or
+//! minutes and seconds. The integral seconds may be time stamps.
 
 use super::super::clock::Counts;
 use super::clock::{Clock, median};
@@ -12,8 +12,8 @@ use super::units::Role;
 const MINUTES: [&str; 5] = ["min", "mins", "minute", "minutes", "minuten"];
 
 impl Decision<'_> {
-    /// A time in two columns, one of which is `with` where that is known. The rest begins anew in just the rows in which the seconds
-    /// rise.
+    /// A time in two columns, one of which is `with`, if known. The fraction wraps in exactly the rows in which the
+    /// seconds increase.
     pub(super) fn pair(&self, with: Option<usize>) -> Option<Clock> {
         let all = || 0..self.survey.columns.len();
         let is_time = |at: usize| matches!(self.says[at].role, None | Some(Role::Time));
@@ -29,7 +29,7 @@ impl Decision<'_> {
         })
     }
 
-    /// Whether a column counts seconds: whole numbers that rise by one, in less than half of the rows.
+    /// Whether a column counts seconds: integers that increase by one, in less than half of the rows.
     fn is_whole_seconds(&self, at: usize) -> bool {
         let column = self.column(at);
         let readings = column.readings();
@@ -68,7 +68,7 @@ impl Decision<'_> {
             .zip(parts.numbers.iter().copied())
             .filter(|(whole, rest)| whole.is_finite() && rest.is_finite())
             .collect();
-        // Over a pause the rest may do either.
+        // Across a pause the fraction may do either.
         let fits = |pair: &[(f64, f64)]| match pair[1].0 - pair[0].0 {
             0.0 => pair[1].1 >= pair[0].1,
             1.0 => pair[1].1 < pair[0].1,
@@ -92,7 +92,7 @@ impl Decision<'_> {
     }
 }
 
-/// The unit of what is less than a second beside whole seconds, by the digits of the largest.
+/// The unit of the fraction of integral seconds, by the digits of the largest.
 fn unit_of_part(highest: f64) -> Option<&'static str> {
     Some(match highest {
         1e6..1e9 => "ns",

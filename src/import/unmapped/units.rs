@@ -1,13 +1,13 @@
-//! Quantities, and their units as people write them in names and brackets.
+//! Quantities, and the notations of their units in names and brackets.
 
-/// Quantity of a column, by its name.
+/// Quantity of a column, from its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Time,
     Position,
-    /// Counts since the row before.
+    /// Counts since the previous row.
     Increments,
-    /// Time since the row before.
+    /// Time since the previous row.
     Interval,
     Speed,
     Command,
@@ -15,14 +15,14 @@ pub(super) enum Role {
     Supply,
     /// Setpoint of a controller: neither commanded to the motor nor measured.
     Reference,
-    /// `input_volts`: the supply of a servo, or what was commanded.
+    /// `input_volts`: the supply of a servo, or the command.
     CommandOrSupply,
 }
 
-/// A unit as names write it, and as mapping files do.
+/// A notation of a unit in names, and that of mapping files.
 type Spelling = (&'static str, &'static str);
 
-/// Radians a second to some, revolutions a second to others.
+/// Radians or revolutions per second, depending on the author.
 pub(super) const EITHER_PER_S: &str = "rps";
 
 const TIME_UNITS: &[Spelling] = &[
@@ -159,7 +159,6 @@ const COMMAND_UNITS: &[Spelling] = &[
 const CURRENT_UNITS: &[Spelling] = &[("a", "A"), ("amp", "A"), ("amps", "A"), ("ma", "mA")];
 const SUPPLY_UNITS: &[Spelling] = &[("v", "V"), ("volt", "V"), ("volts", "V"), ("mv", "mV")];
 
-/// The units that a quantity can have.
 fn spellings(role: Role) -> &'static [Spelling] {
     match role {
         Role::Time | Role::Interval => TIME_UNITS,
@@ -171,7 +170,7 @@ fn spellings(role: Role) -> &'static [Spelling] {
     }
 }
 
-/// Quantities with units of their own.
+/// Quantities with units.
 const MEASURED: [Role; 5] = [
     Role::Time,
     Role::Position,
@@ -187,7 +186,7 @@ pub(in super::super) fn is_known(text: &str) -> bool {
         .any(|role| unit_of(role, text).is_some())
 }
 
-/// Whether a unit, as people write it, is this one of mapping files for some quantity.
+/// Whether a text is a notation of this unit of mapping files for some quantity.
 #[must_use]
 pub fn is_spelling_of(text: &str, unit: &str) -> bool {
     MEASURED
@@ -195,7 +194,7 @@ pub fn is_spelling_of(text: &str, unit: &str) -> bool {
         .any(|role| unit_of(role, text) == Some(unit))
 }
 
-/// A unit as people write it, in the spelling of mapping files.
+/// A unit in the notation of mapping files.
 pub(super) fn unit_of(role: Role, text: &str) -> Option<&'static str> {
     let text = text
         .trim()
