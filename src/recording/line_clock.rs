@@ -5,6 +5,7 @@
 //! clock it is the median step.
 
 use crate::board::text_lines::TextSample;
+use crate::motor::plausible;
 
 /// Lines needed for the sample time of a fine clock.
 const FEW_LINES: usize = 21;
@@ -63,8 +64,10 @@ pub(super) fn told(lines: &[(TextSample, u64)], stated_us: i64) -> bool {
 /// The clock of these lines (at least one) with their arrival times.
 pub(super) fn line_clock(lines: &[(TextSample, u64)]) -> LineClock {
     let arrivals = || lines.iter().map(|line| line.1 as i64).collect::<Vec<_>>();
+    let range = plausible::SAMPLE_TIME_S;
+    let (least_us, most_us) = ((1e6 * range.lo) as i64, (1e6 * range.hi) as i64);
     let fine = |sample_time_us: i64, is_boards: bool| LineClock {
-        sample_time_us: sample_time_us.max(1),
+        sample_time_us: sample_time_us.clamp(least_us, most_us),
         coarse_us: 0,
         first_late_us: 0,
         is_boards,
@@ -78,14 +81,19 @@ pub(super) fn line_clock(lines: &[(TextSample, u64)]) -> LineClock {
     if !repeats(&times) {
         steps.sort_unstable();
         let median = steps.get(steps.len() / 2).copied().unwrap_or(0);
-        return fine(median, true);
+        // Damaged times give a step that no board samples at.
+        return match median <= most_us {
+            true => fine(median, true),
+            false => fine(slope(&arrivals()), false),
+        };
     }
     steps.retain(|step| *step > 0);
-    let Some(coarse_us) = steps.iter().copied().min() else {
+    let sample_time_us = slope(&times).max(least_us);
+    let coarse_us = steps.iter().copied().min();
+    let Some(coarse_us) = coarse_us.filter(|_| sample_time_us <= most_us) else {
         // A column that does not increase is no clock.
         return fine(slope(&arrivals()), false);
     };
-    let sample_time_us = slope(&times).max(1);
     let late = times.iter().enumerate().map(|(k, time)| {
         let even = (k as i64).saturating_mul(sample_time_us);
         time.saturating_sub(times[0]).saturating_sub(even)
@@ -169,6 +177,13 @@ mod tests {
         );
         // A column that does not increase is no clock.
         assert!(!line_clock(&lines(|_| Some(7), 201)).is_boards);
+        // Nor is one with a step of hours, as of a damaged time.
+        let damaged = [412_648, 415_648, 41_864_424_648];
+        let clock = line_clock(&lines(|k| Some(damaged[k as usize]), 3));
+        assert!(
+            !clock.is_boards && clock.sample_time_us <= 60_000_000,
+            "{clock:?}"
+        );
         assert_eq!(line_clock(&untimed[..1]).sample_time_us, 1);
     }
 }
