@@ -6,7 +6,7 @@ use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
-    BUDGET_COLUMNS, BUDGET_NOTE, DETAILED_FROM, budget_bars, budget_rows, cause_words, class_words,
+    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, class_words,
     effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
     named_parts, of_reference, overlays, torque_words,
 };
@@ -16,7 +16,7 @@ use crate::report::table::Table;
 /// Most causes, sets and time intervals listed.
 const LISTED: usize = 5;
 /// Least inclusion probability of effects that are always listed.
-const LISTED_FROM: f64 = 0.5;
+const LISTED_FROM: f64 = 0.05;
 /// Width of a bar in characters.
 const BAR: usize = 24;
 
@@ -103,7 +103,7 @@ fn budget(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
         table.row(row);
     }
     output.line(table.to_string().trim_end())?;
-    output.line(&format!("  {BUDGET_NOTE}"))?;
+    output.line(&format!("  {}", budget_note(diagnosis)))?;
     output.line(&format!("  {}", measured(&diagnosis.gap)))
 }
 
@@ -208,7 +208,10 @@ fn stage_words(diagnosis: &Diagnosis, stage: &str) -> String {
     let stages: Vec<String> = probable
         .map(|(stage, p)| format!("{stage} {}", probability(*p)))
         .collect();
-    format!("stages by probability: {}", stages.join(", "))
+    format!(
+        "probability that an effect is in a stage: {}",
+        stages.join(", ")
+    )
 }
 
 fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {

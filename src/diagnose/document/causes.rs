@@ -85,7 +85,7 @@ pub(super) fn causes(
     sets: &[Scored],
     weighed: &[Weighed],
     reported: Option<&Fit>,
-    named: &[&'static str],
+    (named, bounded): (&[&'static str], &[&'static str]),
     units: Option<CommandUnits>,
 ) -> Vec<Cause> {
     let mut ids: Vec<&'static str> = weighed.iter().flat_map(|set| set.ids.clone()).collect();
@@ -111,7 +111,7 @@ pub(super) fn causes(
                 inclusion: own,
                 class: class.filter(|_| !is_separated),
                 class_probability: (!is_separated).then_some(of_class),
-                at_bound: at_bound(from).contains(&id),
+                at_bound: bounded.contains(&id) || at_bound(from).contains(&id),
                 parameters: parameters(segments, base, from, id, units),
             })
         })

@@ -65,8 +65,9 @@ pub(super) fn document(
         rounding: searched.quantization,
         ..stated
     };
+    let mut bounded = Vec::new();
     let (steps, errors, random, shares) = loop {
-        let steps = nested_fits(segments, base, &without, &mut named, found);
+        let steps = nested_fits(segments, base, &without, (&mut named, &mut bounded), found);
         let errors = errors(base, segments, &steps, judged_on)?;
         let judged_on = judged_on.unwrap_or(segments);
         let random = steps
@@ -190,7 +191,7 @@ pub(super) fn document(
             &found.sets,
             &weighed,
             is_named.then_some(best),
-            &effects,
+            (&effects, &bounded),
             CommandUnits::new(base, options.nominal_source),
         ),
         sets: sets(&found.sets, &weighed),
@@ -249,7 +250,6 @@ pub(super) fn document(
         &left_out(prepared, held, options),
         options.is_doubtful,
         segments.runs.iter().any(|run| run.is_closed_loop),
-        settings,
     );
     diagnosis.parts = sentence::parts(&diagnosis, asked, settings);
     let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
@@ -258,23 +258,25 @@ pub(super) fn document(
 }
 
 /// The nested models of the effects that are identified, without those that remove nothing in the reported fits or have a parameter at a
-/// bound of its range there: these are no longer among the named ones.
+/// bound of its range there: these are no longer among the named ones, the latter are among the bounded ones.
 fn nested_fits(
     segments: &Segments,
     base: &Base,
     without: &[Step],
-    named: &mut Vec<Identified>,
+    (named, bounded): (&mut Vec<Identified>, &mut Vec<&'static str>),
     found: &Found,
 ) -> Vec<Step> {
     loop {
         let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
         let steps = nested::with_effects(segments, base, without.to_vec(), &ids, found);
-        let bounded = at_bound(&steps[steps.len() - 1].fit);
+        let at_bound = at_bound(&steps[steps.len() - 1].fit);
         let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
-        let dropped = match ids.iter().find(|id| !is_reached(id)) {
-            Some(id) => Some(*id),
-            None => bounded.first().copied().filter(|id| ids.contains(id)),
-        };
+        let not_reached = ids.iter().find(|id| !is_reached(id)).copied();
+        let dropped = not_reached.or_else(|| {
+            let first = at_bound.first().copied().filter(|id| ids.contains(id));
+            bounded.extend(first);
+            first
+        });
         match dropped {
             Some(dropped) => named.retain(|one| one.effect != dropped),
             None => break steps,

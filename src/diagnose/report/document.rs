@@ -60,10 +60,10 @@ impl Verdict {
                 "no effect is identified, and re-identified parameters remove at least half of the error"
             }
             Self::Effect => {
-                "the named effects are identified, and less than a tenth of the error is unexplained"
+                "the named effects or classes are identified, and less than a tenth of the error is unexplained"
             }
             Self::Partial => {
-                "the named effects are identified, and a tenth or more of the error is unexplained"
+                "the named effects or classes are identified, and a tenth or more of the error is unexplained"
             }
             Self::Ambiguous => "an effect is probable, but none is identified",
             Self::OutsideCatalogue => {

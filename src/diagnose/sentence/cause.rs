@@ -51,24 +51,35 @@ fn share_of(diagnosis: &Diagnosis, step: &str) -> f64 {
     found.map_or(0.0, |one| one.share)
 }
 
+/// Its name and probability, and why it is not identified if a parameter is at a limit.
 fn with_probability(cause: &Cause) -> String {
-    format!(
-        "{} (P {})",
-        name(cause.effect),
-        probability(cause.inclusion)
-    )
+    let limit = match cause.at_bound {
+        true => ", a parameter at the limit of its range: not identified",
+        false => "",
+    };
+    let p = probability(cause.inclusion);
+    format!("{} (P {p}{limit})", name(cause.effect))
 }
 
-/// The most probable causes if none is identified; those at the limit of a range have a separate note.
+/// Causes of at least this probability, the most probable first.
+fn probable(diagnosis: &Diagnosis, least: f64, is_counted: impl Fn(&Cause) -> bool) -> Vec<&Cause> {
+    let causes = diagnosis.causes.iter();
+    let mut found: Vec<&Cause> = causes
+        .filter(|cause| cause.inclusion >= least && is_counted(cause))
+        .collect();
+    found.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
+    found
+}
+
+/// The most probable causes if none is identified.
 fn candidates(diagnosis: &Diagnosis) -> String {
-    let listed_causes: Vec<String> = (diagnosis.causes.iter())
-        .filter(|cause| cause.inclusion >= MENTIONED_FROM && !cause.at_bound)
-        .take(MENTIONED)
+    let found = probable(diagnosis, MENTIONED_FROM, |_| true);
+    let found: Vec<String> = (found.into_iter().take(MENTIONED))
         .map(with_probability)
         .collect();
-    match listed_causes.is_empty() {
+    match found.is_empty() {
         true => String::new(),
-        false => format!(" Most probable: {}.", listed(&listed_causes, "and")),
+        false => format!(" Most probable effects: {}.", listed(&found, "and")),
     }
 }
 
@@ -142,21 +153,18 @@ fn identified(diagnosis: &Diagnosis, p: &str) -> String {
     text
 }
 
-/// Members of a class that are not at the limit of a range; more than one of them may be present.
+/// Members of a class with their probabilities; more than one of them may be present.
 fn members(diagnosis: &Diagnosis, class: &EffectClass) -> String {
-    let at_bound = |id: &str| {
-        let of = diagnosis.causes.iter().find(|cause| cause.effect == id);
-        of.is_some_and(|cause| cause.at_bound)
+    let members = probable(diagnosis, 0.0, |cause| {
+        class.members.contains(&cause.effect)
+    });
+    let sum: f64 = members.iter().map(|cause| cause.inclusion).sum();
+    let of = |cause: &&Cause| {
+        let p = probability(cause.inclusion);
+        let p = p.strip_prefix("= ").unwrap_or(&p);
+        format!("{} ({p})", name(cause.effect))
     };
-    let (bounded, within): (Vec<&str>, Vec<&str>) =
-        class.members.iter().partition(|id| at_bound(id));
-    let members = if within.is_empty() { bounded } else { within };
-    let names: Vec<String> = members.into_iter().map(name).collect();
-    let each = diagnosis
-        .causes
-        .iter()
-        .filter(|cause| class.members.contains(&cause.effect));
-    let sum: f64 = each.map(|cause| cause.inclusion).sum();
+    let names: Vec<String> = members.iter().map(of).collect();
     // More than one of them is present in some set.
     let at_least = if sum > class.probability + MENTIONED_FROM {
         "at least "
@@ -227,21 +235,18 @@ pub(super) fn is_doubtful(diagnosis: &Diagnosis, id: &str) -> bool {
 
 /// Probable effects that are not identified, in addition to identified ones.
 fn also(diagnosis: &Diagnosis) -> String {
-    let named = |cause: &&Cause| {
+    let named = |cause: &Cause| {
         diagnosis.effects.contains(&cause.effect)
             || diagnosis
                 .classes
                 .iter()
                 .any(|class| class.members.contains(&cause.effect))
     };
-    let others: Vec<String> = (diagnosis.causes.iter())
-        .filter(|cause| !named(cause) && !cause.at_bound)
-        .filter(|cause| cause.inclusion >= MENTIONED_BESIDE)
-        .map(with_probability)
-        .collect();
+    let others = probable(diagnosis, MENTIONED_BESIDE, |cause| !named(cause));
+    let others: Vec<String> = others.into_iter().map(with_probability).collect();
     match others.is_empty() {
         true => String::new(),
-        false => format!(" Possible, but not identified: {}.", listed(&others, "and")),
+        false => format!(" Possible too: {}.", listed(&others, "and")),
     }
 }
 

@@ -36,12 +36,16 @@ fn error(diagnosis: &Diagnosis) -> String {
     let floor = counts(gap.floor);
     if diagnosis.verdict == Verdict::NoGap {
         let nominal = counts(gap.before);
+        let within = match gap.before <= gap.floor {
+            true => "within",
+            false => "not significantly above",
+        };
         return match is_nominal_fitted(diagnosis) {
             true => format!(
-                "RMS error: {nominal} counts with the nominal model (fitted to these runs), within the noise floor of {floor}."
+                "RMS error: {nominal} counts with the nominal model (fitted to these runs), {within} the noise floor of {floor}."
             ),
             false => format!(
-                "Held-out RMS error: {nominal} counts with the nominal model, within the noise floor of {floor}."
+                "Held-out RMS error: {nominal} counts with the nominal model, {within} the noise floor of {floor}."
             ),
         };
     }
@@ -143,7 +147,6 @@ pub(crate) fn note(
     off: &[LeftOut],
     is_doubtful: bool,
     is_closed_loop: bool,
-    settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
     if !off.is_empty() {
@@ -165,7 +168,10 @@ pub(crate) fn note(
     };
     for (key, share) in outside.iter().filter(|(key, _)| !is_candidate(key)) {
         let (whose, why) = match diagnosis.nominal_source {
-            NominalSource::Given => ("motor file's", ": it has changed, or the file is wrong"),
+            NominalSource::Given => (
+                "motor file's",
+                ": it has changed, the file is wrong, or it compensates for a missing effect",
+            ),
             NominalSource::Handout | NominalSource::Fit => ("nominal", ""),
         };
         notes.push(format!(
@@ -179,17 +185,6 @@ pub(crate) fn note(
             three(*share)
         ));
     }
-    for cause in diagnosis
-        .causes
-        .iter()
-        .filter(|cause| cause.at_bound && cause.inclusion >= settings.identified)
-    {
-        notes.push(format!(
-            "{} (P {}) is not counted as identified: the fit ended at the limit of its parameter's range.",
-            capitalized(&name(cause.effect)),
-            probability(cause.inclusion)
-        ));
-    }
     let repeats = diagnosis.gap.floor_parts.repeats;
     if repeats.is_some_and(|repeats| repeats >= diagnosis.gap.floor) {
         notes.push(format!(
@@ -197,9 +192,13 @@ pub(crate) fn note(
             counts(diagnosis.gap.floor)
         ));
     }
-    if diagnosis.scoring.score == "likelihood" && diagnosis.scoring.random_load_share > 0.0 {
+    let is_unexplained = diagnosis.unexplained.hi95 > 0.0;
+    if diagnosis.scoring.score == "likelihood"
+        && diagnosis.scoring.random_load_share > 0.0
+        && is_unexplained
+    {
         notes.push(format!(
-            "A random load torque of {} of stall (estimated) is part of the error; no deterministic model removes it.",
+            "A random load torque of {} of the stall torque (estimated) is part of the unexplained error; no deterministic model removes it.",
             percent(diagnosis.scoring.random_load_share)
         ));
     }

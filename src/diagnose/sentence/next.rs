@@ -14,12 +14,16 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> S
         }
         false => "",
     };
-    format!("{first}{}", then(diagnosis, asked))
+    format!("{first}{}", then(diagnosis, asked, settings))
 }
 
 /// The step.
-fn then(diagnosis: &Diagnosis, asked: &str) -> String {
-    if let Some(next) = &diagnosis.next_experiment {
+fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
+    let is_explained =
+        diagnosis.verdict == Verdict::Parameters && diagnosis.probability >= settings.identified;
+    if let Some(next) = &diagnosis.next_experiment
+        && !is_explained
+    {
         return record(diagnosis, next, asked);
     }
     let (to, flag) = match diagnosis.verdict {
@@ -86,10 +90,16 @@ fn record(diagnosis: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
         .collect();
     let what = match (diagnosis.verdict, names.len()) {
         (_, 1) => format!("shows whether {} is present", names[0]),
-        _ => format!("separates {}", listed(&names, "and")),
+        _ => format!("distinguishes {}", listed(&names, "and")),
+    };
+    let written = match diagnosis.verdict {
+        Verdict::Effect | Verdict::Partial => {
+            " `--model-out diagnosed.toml` writes the motor with what is identified so far."
+        }
+        _ => "",
     };
     format!(
-        "Next, record what {what}: `{}`.{with} Then diagnose all runs together: {}.",
+        "Next, make a recording that {what}: `{}`.{with} Then diagnose all runs together: {}.{written}",
         next.command,
         command(&again, "next.csv among the runs")
     )

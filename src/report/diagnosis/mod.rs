@@ -23,7 +23,7 @@ use overlay::RunWithModels;
 pub use bad_recording::{bad_recording_page, recorded};
 pub use overlay::recorded_speed;
 pub use words::{
-    BUDGET_COLUMNS, BUDGET_NOTE, DETAILED_FROM, budget_bars, budget_rows, cause_words, class_words,
+    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, class_words,
     effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
     named_parts, of_reference, torque_words,
 };
@@ -110,7 +110,7 @@ pub(super) fn lay_out(
     }
     checks(page, &diagnosis.data);
     page.section("Error budget");
-    page.bars(&budget_bars(diagnosis), BUDGET_NOTE);
+    page.bars(&budget_bars(diagnosis), budget_note(diagnosis));
     recorded_over_simulated(page, diagnosis, measured);
     budget_in_numbers(page, diagnosis);
     causes(page, diagnosis);

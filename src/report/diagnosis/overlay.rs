@@ -213,7 +213,7 @@ pub(super) fn caption(beside: &RunWithModels<'_>) -> String {
         .map(|(k, name)| format!("{name} {}", digits(beside.predicted.rms(k), 3)))
         .collect();
     let mean = if is_coarse(beside.run) {
-        " Speeds are averaged over 60 ms, since one count in one sample is much of the speed."
+        " Speed: mean over 60 ms, since one count per sample is a large part of it."
     } else {
         ""
     };

@@ -1,5 +1,6 @@
 //! Texts that page and terminal share.
 
+use crate::diagnose::Verdict;
 use crate::diagnose::{
     BudgetStep, Diagnosis, EffectClass, Gap, Interval, NominalSource, ReferenceRuns,
     without_assumed_unit,
@@ -183,6 +184,14 @@ pub const BUDGET_COLUMNS: [&str; 5] = [
     "alternatives (inclusion probability)",
 ];
 
+/// A figure of a share, which is not defined where the nominal model is within the noise floor.
+fn shares(diagnosis: &Diagnosis, of: impl Fn() -> String) -> String {
+    match diagnosis.verdict {
+        Verdict::NoGap => "\u{2013}".to_owned(),
+        _ => of(),
+    }
+}
+
 /// The error budget, a row per step.
 pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     let has_alternatives = (diagnosis.budget.iter()).any(|step| !step.alternatives.is_empty());
@@ -194,8 +203,8 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
         let mut row = vec![
             step_words(step).to_owned(),
             figure(step.rms_counts, 3),
-            share(step.share),
-            share_interval(step.lo95, step.hi95),
+            shares(diagnosis, || share(step.share)),
+            shares(diagnosis, || share_interval(step.lo95, step.hi95)),
         ];
         if has_alternatives {
             row.push(match alternatives.is_empty() {
@@ -209,19 +218,28 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
 }
 
 /// Reference of the shares in the budget.
-pub const BUDGET_NOTE: &str = "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.";
+pub fn budget_note(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.verdict {
+        Verdict::NoGap => {
+            "No shares: the error of the nominal model is not significantly above the noise floor."
+        }
+        _ => BUDGET_NOTE,
+    }
+}
+
+const BUDGET_NOTE: &str = "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.";
 
 /// The error budget as a bar chart.
 pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
+    let has_shares = diagnosis.verdict != Verdict::NoGap;
     let bar = |step: &BudgetStep| Bar {
         name: step_words(step).to_owned(),
-        value: step.share,
-        text: format!(
-            "{} (95\u{a0}% {})",
-            share(step.share),
-            share_interval(step.lo95, step.hi95)
-        ),
-        interval: Some((step.lo95, step.hi95)),
+        value: if has_shares { step.share } else { 0.0 },
+        text: shares(diagnosis, || {
+            let interval = share_interval(step.lo95, step.hi95);
+            format!("{} (95\u{a0}% {interval})", share(step.share))
+        }),
+        interval: has_shares.then_some((step.lo95, step.hi95)),
         colour: match step.step {
             "nominal" => 6,
             "parameters" => 4,
@@ -252,7 +270,7 @@ pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
 /// A 95 % interval of a parameter.
 pub fn interval_words(interval: &Interval) -> String {
     match interval.lo95 == interval.hi95 {
-        true => "none, discrete or fixed".to_owned(),
+        true => "not fitted".to_owned(),
         false => format!(
             "{} to {}",
             figure(interval.lo95, 4),
@@ -316,9 +334,13 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
         }
         .to_owned();
     }
+    let ratio = match diagnosis.command_kind {
+        CommandKind::Voltage => "R/Kt",
+        _ => "1/Kt",
+    };
     match diagnosis.identifiable.si {
         Some(known) => format!(
-            "Torques in N m are known from the {}: {} {} of command make 1 N m.",
+            "Torques in N m are known from the {}: {ratio} = {} {} per N m.",
             known.source.replace('_', " "),
             figure(known.command_per_nm, 4),
             diagnosis.identifiable.friction_v.unit
