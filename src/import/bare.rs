@@ -6,7 +6,11 @@ use std::borrow::Cow;
 use super::labels::pairs;
 
 /// Characters that a rule is drawn with.
-const RULE: &[u8] = b"-=+|:_ \t\r";
+const RULE: &[u8] = b"-=+|:_,; \t\r";
+/// Of a list, on a line of their own.
+const BRACKETS: &[u8] = b"[](),; ";
+/// Of MATLAB and Python, below what they printed.
+const PROMPTS: [&[u8]; 2] = [b">>", b">>>"];
 /// So many of them in a row are a rule, and no minus before a number.
 const LEAST_RULE: usize = 3;
 
@@ -16,6 +20,10 @@ pub(super) fn bare(line: &[u8]) -> Cow<'_, [u8]> {
     match text.first() {
         Some(0x1b) => Cow::Owned(bare(&without_colours(text)).into_owned()),
         Some(b'-' | b'=' | b'+' | b'|' | b':' | b'_') if is_rule(text) => Cow::Borrowed(b""),
+        Some(b'[' | b']' | b'(' | b')') if text.iter().all(|byte| BRACKETS.contains(byte)) => {
+            Cow::Borrowed(b"")
+        }
+        Some(b'>') if PROMPTS.contains(&text) => Cow::Borrowed(b""),
         Some(b'|') => between(text, b"|", b"|"),
         Some(b'/') => between(text, b"/*", b"*/"),
         Some(b'{') => braced(text),
@@ -136,6 +144,11 @@ mod tests {
             ("|---|---|", ""),
             ("------ ------", ""),
             ("======", ""),
+            ("====,====", ""),
+            ("[", ""),
+            ("])", ""),
+            (">>", ""),
+            (">pos:3", ">pos:3"),
             ("I (10) motor: pos=0 duty=0", "log_ms:10 pos=0 duty=0"),
             ("\u{1b}[0;32mI (10) motor: 0,255\u{1b}[0m", "10,0,255"),
             ("[rad],[V]", "[rad],[V]"),

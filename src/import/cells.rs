@@ -204,6 +204,11 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
     }
 }
 
+/// A cell that is a whole number, exactly: a float holds none beyond 2^53.
+pub(super) fn whole(cell: &[u8]) -> Option<i64> {
+    std::str::from_utf8(cell).ok()?.parse().ok()
+}
+
 /// Marks between groups of three digits that stand nowhere else in a number: the apostrophe, and blanks that break no line.
 const GROUP_MARKS: [char; 5] = ['\'', '\u{2019}', '\u{a0}', '\u{202f}', '\u{2009}'];
 

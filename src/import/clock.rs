@@ -6,7 +6,11 @@
 //!   time after the row before, but not outside `[r, r + resolution]`, the interval that the reading allows. The first row's is the
 //!   origin, and a log begins somewhere within its first reading: where the second one comes early, all intervals are that much earlier.
 
+use super::cells::whole;
 use super::straight::Unwrapped;
+
+/// Every whole number up to here is a float, 2^53. The 100 ns since the year 1 are beyond: floats of them are 13 us apart.
+const MOST_EXACT: u64 = 1 << 53;
 
 /// Least step of a row of a coarse clock, as a share of the sample time: time rises from row to row.
 const LEAST_STEP: f64 = 0.01;
@@ -29,9 +33,35 @@ pub(super) enum Counts {
     },
 }
 
+/// First reading of a clock, where it is a whole number beyond the floats: the readings are counted from it, exactly.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FirstReading(Option<i64>);
+
+impl FirstReading {
+    /// The number of a clock's first cell; and what later ones are counted from.
+    pub fn of(cell: &[u8]) -> Self {
+        Self(whole(cell).filter(|first| first.unsigned_abs() > MOST_EXACT))
+    }
+
+    /// A cell, whose number is known, as a number from the first on.
+    pub fn since(self, cell: &[u8], number: f64) -> f64 {
+        match (self.0, whole(cell)) {
+            (None, _) => number,
+            (Some(first), Some(whole)) => whole.saturating_sub(first) as f64,
+            (Some(first), None) => number - first as f64,
+        }
+    }
+
+    /// It as a float; 0 where the numbers are counted from 0.
+    pub fn rounded(self) -> f64 {
+        self.0.map_or(0.0, |first| first as f64)
+    }
+}
+
 /// The clock under way. A row that turns out bad leaves it as it was.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct RowClock {
+    first: FirstReading,
     straight: Unwrapped,
     before: Option<Before>,
     /// By how much the first row of a coarse clock lies after its reading, in s; from the second reading on.
@@ -46,6 +76,15 @@ struct Before {
 }
 
 impl RowClock {
+    /// The number in a cell of the clock from the first row's on; and the state after it.
+    pub fn since_first(self, cell: &[u8], number: f64) -> (f64, Self) {
+        let first = match self.before {
+            None => FirstReading::of(cell),
+            Some(_) => self.first,
+        };
+        (first.since(cell, number), Self { first, ..self })
+    }
+
     /// The counter of the clock made straight, where it starts again after `wrap`; and the state after it.
     pub fn straight(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
         let (number, straight) = self.straight.next(number, wrap);

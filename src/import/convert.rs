@@ -253,7 +253,12 @@ impl<'a> Converter<'a> {
             let reading_s = within("time", reading_s, plausible::TIME_S)?;
             return Ok(state.time_s(reading_s, seq, *counts));
         }
-        let (straight, state) = self.time.straight(self.number(cells, place)?, field.wrap);
+        let number = self.number(cells, place)?;
+        let (number, state) = match counts {
+            Counts::SinceRowBefore => (number, self.time),
+            _ => self.time.since_first(cells.get(place.at), number),
+        };
+        let (straight, state) = state.straight(number, field.wrap);
         let reading_s = field.value(straight) + self.fraction_s(cells, fraction)?;
         let reading_s = within("time", reading_s, ANY_TIME)?;
         if *counts == Counts::SinceRowBefore {

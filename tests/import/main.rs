@@ -17,5 +17,6 @@ mod real_mapped;
 mod real_unmapped;
 mod signs;
 mod speeds;
+mod ticks;
 mod units;
 mod unmapped;

@@ -21,6 +21,8 @@ fn metres_a_second_ask_for_the_travel_with_the_rest() {
     for (name, flags) in [
         ("speed [m/s]", &[][..]),
         ("v [m/s]", &[][..]),
+        ("wheel_speed_mps", &[][..]),
+        ("v_m_s", &[][..]),
         ("velocity [cm/s]", &[][..]),
         ("v", &["--speed", "v:m/s"]),
     ] {

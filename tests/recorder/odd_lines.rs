@@ -91,8 +91,16 @@ fn numbers_may_have_units_and_an_ignored_column_text() {
     let esp_idf = |k: u32| format!("I ({}) motor: pos={} duty=100%\n", 5 * k, 2 * k);
     let bracketed = |k: u32| format!("[{:.3}] pos: {}, pwm: 255\n", 0.005 * f64::from(k), 2 * k);
     let teleplot = |k: u32| format!(">pos:{ms}:{}\n>duty_pct:{ms}:100\n", 2 * k, ms = 5 * k);
+    let behind_blanks = |k: u32| format!("time:{} ms pos:{} duty:100.0 %\n", 5 * k, 2 * k);
     type Line<'a> = &'a (dyn Fn(u32) -> String + Sync);
-    let line: [Line<'_>; 5] = [&with_units, &in_json, &esp_idf, &bracketed, &teleplot];
+    let line: [Line<'_>; 6] = [
+        &with_units,
+        &in_json,
+        &esp_idf,
+        &bracketed,
+        &teleplot,
+        &behind_blanks,
+    ];
     for line in line {
         let (done, file) = capture_from(line, &["--columns", "auto", "--duration", "0.5"]);
         assert_eq!(done.status, Some(0), "{}", done.messages);
@@ -118,6 +126,20 @@ fn numbers_may_have_units_and_an_ignored_column_text() {
     );
     assert_eq!(done.status, Some(0), "{}", done.messages);
     assert_eq!(file.expect("a file").rows.len(), 100);
+}
+
+/// Of 255 it were 18 mV.
+#[test]
+fn a_duty_of_1_contradicts_a_scale_of_255() {
+    let line = |k: u32| format!("{},{},{}\n", 5 * k, 2 * k, if k < 20 { 0.0 } else { 0.75 });
+    let columns = ["--columns", "t_ms,counts,duty", "--duration", "0.5"];
+    let (done, _) = capture_from(line, &columns);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    assert!(
+        done.messages.contains("pwm never exceeded 0.75 of 255"),
+        "{}",
+        done.messages
+    );
 }
 
 #[test]

@@ -130,7 +130,7 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
     let parts = [',', ';', '\t', ' ', '(', ')', '[', ']', '{', '}', '"', '\''];
     let (stamp, text) = stamp(text).map_or((None, text), |(field, rest)| (Some(field), rest));
     let has_decimal_commas = has_decimal_commas(text);
-    // With blanks as the only separator a word that is a unit may be a field.
+    // With blanks as the only separator a word that is a unit may be a field, except after a labelled number.
     let has_marks = text.contains([',', ';', '\t']);
     let is_between = |c: char| parts.contains(&c) && !(c == ',' && has_decimal_commas);
     let mut out: Vec<Field> = stamp.into_iter().collect();
@@ -142,7 +142,7 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
         match out.last_mut() {
             // `20 ms, 3.5 V`: blank before the unit.
             Some(last)
-                if has_marks
+                if (has_marks || last.label.is_some())
                     && label.is_none()
                     && is_unit(field)
                     && last.is_before(text, field) =>
@@ -235,6 +235,14 @@ mod tests {
                 Some(Column::TimeMillis),
                 Some(Column::Counts),
                 Some(Column::CommandVolts)
+            ]
+        );
+        assert_eq!(
+            columns("time: 0.02 s pos:3 counts duty:40.0 %"),
+            [
+                Some(Column::TimeSeconds),
+                Some(Column::Counts),
+                Some(Column::CommandPercent)
             ]
         );
         let first = |text| split(text)[0];

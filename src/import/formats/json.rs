@@ -5,7 +5,7 @@
 
 use serde_json::{Map, Value};
 
-use super::super::stamp::stamp;
+use super::super::stamp::{before_line, stamp};
 use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
@@ -15,9 +15,16 @@ const LEAST_ROWS: usize = 3;
 /// Objects within objects are followed so deep.
 const MOST_DEPTH: usize = 8;
 
+/// Of what a terminal put before a line: the time in s.
+const RECEIVED: &str = "received_s";
+
 /// Whether a file begins as JSON, or as a list of rows that Python printed on one line.
 pub(super) fn is_json(beginning: &[u8]) -> bool {
     let text = beginning.trim_ascii_start();
+    let first_line = text.split(|byte| *byte == b'\n').next();
+    if let Some((_, rest)) = first_line.and_then(before_line) {
+        return rest.starts_with(b"{\"");
+    }
     let mut marks = text.iter().filter(|byte| !byte.is_ascii_whitespace());
     let first = (marks.next(), marks.next());
     let row = || {
@@ -204,7 +211,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = std::str::from_utf8(bytes).map_err(|error| FORM.broken(error))?;
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let is_of_lines = lines.next().is_some_and(|line| {
-        matches!(parse(line), Some(Value::Object(_))) && lines.next().is_some()
+        matches!(parse(as_sent(line).1), Some(Value::Object(_))) && lines.next().is_some()
     });
     if is_of_lines {
         return of_lines(text);
@@ -233,13 +240,28 @@ const NESTED: FormatError = FormatError::NotRead {
              pandas.json_normalize(json.load(open('FILE'))['KEY']).to_csv('log.csv', index=False)\"",
 };
 
+/// A line as the board sent it, and the time in s that a terminal put before it.
+fn as_sent(line: &str) -> (Option<f64>, &str) {
+    let found = before_line(line.as_bytes()).and_then(|(stamped, rest)| {
+        let sent = line.get(line.len() - rest.len()..)?;
+        Some((stamp(stamped)?.s, sent))
+    });
+    found.map_or((None, line), |(s, sent)| (Some(s), sent))
+}
+
 /// An object a line; other lines are messages, and the last may be cut off.
 fn of_lines(text: &str) -> Result<Table, FormatError> {
     let mut columns = Columns::default();
     let mut others = 0_usize;
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
-        match parse(line) {
-            Some(value @ Value::Object(_)) => columns.row(&value)?,
+        let (received_s, sent) = as_sent(line);
+        match parse(sent) {
+            Some(value @ Value::Object(_)) => {
+                if let Some(received_s) = received_s {
+                    columns.put(RECEIVED, received_s);
+                }
+                columns.row(&value)?;
+            }
             _ => others += 1,
         }
     }
@@ -306,6 +328,11 @@ mod tests {
         for json in ["[[0, 5], [10, 6], [20, 7]]", "[(0, 5), (10, 6), (20, 7)]"] {
             assert_eq!(text(json), "\"1\",\"2\"\n0,5\n10,6\n20,7\n", "{json}");
         }
+        let stamped = "12:00:00.5 -> {\"u\": 5}\n12:00:00.6 -> boot\n12:00:00.7 -> {\"u\": 6}\n";
+        assert_eq!(
+            text(stamped),
+            "\"received_s\",\"u\"\n43200.5,5\n43200.7,6\n"
+        );
         let nested = "{\"t\": 0, \"m\": {\"u\": [1, 2]}}\n{\"t\": 1}\nboot\n";
         assert_eq!(text(nested), "\"m.u[0]\",\"m.u[1]\",\"t\"\n1,2,0\n,,1\n");
     }

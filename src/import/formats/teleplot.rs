@@ -1,4 +1,4 @@
-//! Teleplot's lines: `>name:value`, `>name:milliseconds:value`, with `§unit` behind and several samples between semicolons. MegunoLink's
+//! Teleplot's lines: `>name:value`, `>name:milliseconds:value`, of its UDP `name:milliseconds:value|g`, with `§unit` behind and several samples between semicolons. MegunoLink's
 //! are of the same kind: `{TIMEPLOT|DATA|name|T|value}`.
 
 use super::super::table::{Cell, Table, TableColumn};
@@ -25,7 +25,10 @@ fn signal(line: &str) -> Option<Signal<'_>> {
     if let Some(rest) = line.strip_prefix("{TIMEPLOT") {
         return megunolink(rest);
     }
-    let (name, rest) = line.strip_prefix('>')?.split_once(':')?;
+    // By UDP the mark is behind.
+    let plain = || Some(line).filter(|line| line.ends_with("|g"));
+    let line = line.strip_prefix('>').or_else(plain)?;
+    let (name, rest) = line.split_once(':')?;
     let rest = rest.split('|').next()?;
     let (samples, unit) = match rest.split_once('§') {
         Some((samples, unit)) => (samples, Some(unit.trim())),
@@ -146,7 +149,9 @@ mod tests {
         assert_eq!(text(lines), "\"time_ms\",\"pos\",\"pwm\"\n10,0,5\n20,1,\n");
         let seconds = ">pos:5.00:0\n>pos:5.01:1\n>pos:5.02:2\n";
         assert_eq!(text(seconds), "\"time\",\"pos\"\n5,0\n5.01,1\n5.02,2\n");
-        assert!(!is_teleplot(b"> pos\n"));
+        let of_udp = "pos:10:0|g\npwm:10:5|g\npos:20:1|g\n";
+        assert_eq!(text(of_udp), "\"time_ms\",\"pos\",\"pwm\"\n10,0,5\n20,1,\n");
+        assert!(!is_teleplot(b"> pos\n") && !is_teleplot(b"pos:1\npos:2\n"));
         let lines = "{TIMEPLOT|DATA|pos|T|0}\n{TIMEPLOT:Motor|D|pwm:b|T|-5.5}\nboot\n{TIMEPLOT|DATA|pos|T|1}\n{TIMEPLOT|DATA|pwm|T|6}\n";
         assert_eq!(text(lines), "\"pos\",\"pwm\"\n0,-5.5\n1,6\n");
     }

@@ -1,11 +1,10 @@
 //! Where the times are, in which unit, and what kind of clock tells them.
 
-use super::super::cells::shortened;
 use super::super::clock::{Counts, RowClock};
 use super::super::map_file::TimeSection;
+use super::clock_unit::ClockUnit;
 use super::clock_units::{
-    CLOCK_WRAP, CLOCK_WRAP_16, in_seconds, is_days, unit_of_clock, unit_since_epoch,
-    wraps_at_16_bits,
+    CLOCK_WRAP, CLOCK_WRAP_16, in_seconds, is_days, unit_since_epoch, wraps_at_16_bits,
 };
 use super::column::Column;
 use super::decide::{Decision, short};
@@ -16,17 +15,13 @@ use super::units::{Role, unit_of};
 
 /// A sample time that is said differs from that of the log's clock by more than this share: jitter and rounding are less.
 const CONTRADICTS: f64 = 0.05;
-/// A clock whose name tells only a unit falls once in so many rows at most, where a board begins anew.
-const MOST_FALLS: usize = 1000;
-/// Words of a host's clock: arrivals come late and in bunches, so a device's clock beside it is better.
-const HOSTS: [&str; 7] = ["host", "pc", "arrival", "arrived", "received", "recv", "rx"];
-/// Names of a time since the row before that say no unit and may as well be counts.
-const BARE_DELTA: [&str; 1] = ["delta"];
 
 /// A clock that was found.
 pub(super) struct Clock {
     pub at: usize,
     pub unit: &'static str,
+    /// The part of the log that tells the unit, where the name does not.
+    pub unit_by: Option<String>,
     /// The column of the rest of it, and its unit.
     pub fraction: Option<(usize, &'static str)>,
     pub counts: Counts,
@@ -38,7 +33,7 @@ pub(super) struct Clock {
 }
 
 /// Proposed `--time`, and the reason.
-type Question = (String, String);
+pub(super) type Question = (String, String);
 
 impl Decision<'_> {
     /// Where the times are; the time from row to row in s where it is known.
@@ -63,7 +58,14 @@ impl Decision<'_> {
                 let (at, unit) = self.said_column("--time", Role::Time, text)?;
                 self.clock_at(at, unit, true)
             }
-            None => (self.clock()).and_then(|at| self.clock_at(at, None, false)),
+            None => self.clock().and_then(|at| {
+                let found = self.clock_at(at, None, false);
+                // It is no position, whatever its unit.
+                if found.is_err() && self.column(at).is_clock() {
+                    self.used.push(at);
+                }
+                found
+            }),
         };
         match found {
             Ok(clock) => {
@@ -94,7 +96,10 @@ impl Decision<'_> {
                 let whole = if unit == "stamp" { "time stamps" } else { unit };
                 format!("{name} in {whole} plus {rest} in {rest_unit}, {every}")
             }
-            (_, None) => format!("{name} in {unit}, {every}"),
+            (_, None) => match &clock.unit_by {
+                Some(by) => format!("{name} in {unit}, as {by} tells, {every}"),
+                None => format!("{name} in {unit}, {every}"),
+            },
         };
         match clock.counts {
             Counts::SinceOrigin => {}
@@ -154,7 +159,7 @@ impl Decision<'_> {
             return Ok(pair);
         }
         let column = self.column(at);
-        let (name, flag) = (self.name(at), self.flag_name(at));
+        let name = self.name(at);
         let readings = self.readings(at);
         let kind = Readings::of(&readings);
         let usual = match kind {
@@ -180,8 +185,7 @@ impl Decision<'_> {
             true => Some("stamp"),
             false => (said_unit.or(self.says[at].unit.filter(|unit| is_of_time(unit))))
                 .or_else(|| is_days(column, usual).then_some("d"))
-                .or_else(|| unit_since_epoch(column, usual))
-                .or_else(|| unit_of_clock(usual)),
+                .or_else(|| unit_since_epoch(column, usual)),
         };
         let counts = |unit_s: f64| match kind {
             Readings::Rising => Ok((Counts::SinceOrigin, 1.0)),
@@ -217,14 +221,13 @@ impl Decision<'_> {
                 Err(("COLUMN:UNIT".to_owned(), why))
             }
         };
-        let Some(unit) = unit else {
-            // Whether it is a clock at all comes before its unit.
-            counts(1.0)?;
-            let why = format!(
-                "{name} goes on by {} from row to row and names no unit; s, ms, us or ns",
-                short(usual)
-            );
-            return Err((format!("{flag}:ms"), why));
+        let ClockUnit { unit, by } = match unit {
+            Some(unit) => ClockUnit { unit, by: None },
+            None => {
+                // Whether it is a clock at all comes before its unit.
+                counts(1.0)?;
+                self.unit_by_step(at, usual)?
+            }
         };
         let unit_s = in_seconds(unit);
         let (counts, shared) = counts(unit_s)?;
@@ -237,6 +240,7 @@ impl Decision<'_> {
         Ok(Clock {
             at,
             unit,
+            unit_by: by,
             fraction: None,
             counts,
             wrap: is_counter.then_some(wrap),
@@ -247,7 +251,7 @@ impl Decision<'_> {
 
     /// The readings of a column as a clock, without rows that have none. Where signals of different rates share rows, one reading
     /// may stand in several of them.
-    fn readings(&self, at: usize) -> Vec<f64> {
+    pub(super) fn readings(&self, at: usize) -> Vec<f64> {
         let finite = |reading: &&f64| reading.is_finite();
         let readings = self.column(at).readings().iter().filter(finite);
         let mut readings: Vec<f64> = readings.copied().collect();
@@ -277,114 +281,6 @@ impl Decision<'_> {
             ));
         }
     }
-
-    /// Whether a column's name says that it is the time since the row before.
-    fn is_interval(&self, at: usize) -> bool {
-        let words: Vec<&str> = self.says[at].words.iter().map(String::as_str).collect();
-        self.says[at].role == Some(Role::Interval) || words == BARE_DELTA
-    }
-
-    /// Whether a name says a time by more than the unit in its brackets, as `ESC signal (µs)` does not.
-    fn is_time_by_name(&self, at: usize) -> bool {
-        let says = &self.says[at];
-        says.role == Some(Role::Time) && (says.is_named || says.words.len() == 1)
-    }
-
-    /// The clock: by name the one with the finest unit; else time stamps; else the only column that rises as a clock does, and does
-    /// not count the rows; else the time since the row before.
-    fn clock(&self) -> Result<usize, Question> {
-        let all = || 0..self.survey.columns.len();
-        let fineness = |at: usize| match self.says[at].unit {
-            Some("ns") => 4,
-            Some("us") => 3,
-            Some("ms") => 2,
-            Some(_) => 1,
-            None => 0,
-        };
-        let is_time = |&at: &usize| {
-            let role = self.says[at].role;
-            matches!(role, Some(Role::Time | Role::Interval)) && self.column(at).is_numeric()
-        };
-        let goes_on = |at: usize| {
-            let kind = Readings::of(&self.readings(at));
-            match self.is_time_by_name(at) {
-                true => kind.go_on(),
-                // A throttle in µs rises and falls.
-                false => kind.go_on() && self.column(at).falls() * MOST_FALLS <= self.survey.rows,
-            }
-        };
-        let named = all().filter(is_time).filter(|&at| goes_on(at));
-        let rank = |&at: &usize| {
-            let is_rising = Readings::of(&self.readings(at)) == Readings::Rising;
-            let is_host = (self.says[at].words.iter()).any(|word| HOSTS.contains(&word.as_str()));
-            (
-                !is_host,
-                self.is_time_by_name(at),
-                is_rising,
-                fineness(at),
-                usize::MAX - at,
-            )
-        };
-        if let Some(at) = named.max_by_key(rank) {
-            return Ok(at);
-        }
-        // A ratio, 1:50, is written as a time too.
-        let is_stamped =
-            |at: &usize| self.column(*at).is_stamps() && Readings::of(&self.readings(*at)).go_on();
-        if let Some(at) = all().find(is_stamped) {
-            return Ok(at);
-        }
-        if let Some(pair) = self.pair(None) {
-            return Ok(pair.at);
-        }
-        // `Ticks` of .NET, which may be counts by name.
-        let is_epoch = |at: &usize| {
-            let column = self.column(*at);
-            column.is_clock() && unit_since_epoch(column, column.median_step()).is_some()
-        };
-        if let Some(at) = all().find(is_epoch) {
-            return Ok(at);
-        }
-        let is_free = |at: &usize| self.says[*at].role.is_none();
-        let (numbers, rising): (Vec<usize>, Vec<usize>) = all()
-            .filter(|&at| self.column(at).is_clock())
-            .filter(is_free)
-            .partition(|&at| self.column(at).is_row_number());
-        if let [one] = rising.as_slice() {
-            return Ok(*one);
-        }
-        let is_interval = |&at: &usize| {
-            self.is_interval(at) && Readings::of(&self.readings(at)) == Readings::NearOne
-        };
-        if let Some(at) = all().find(is_interval) {
-            return Ok(at);
-        }
-        if let Some(stated) = self.stated_sample_time().filter(|_| rising.is_empty()) {
-            let why = format!(
-                "no column is a clock, and a line above the rows says `{}`; of a clock: COLUMN:UNIT",
-                shortened(&stated.line)
-            );
-            return Err((as_time(stated.sample_time_s), why));
-        }
-        let why = match (rising.as_slice(), numbers.as_slice()) {
-            ([], [number, ..]) => {
-                let why = format!(
-                    "{} counts the rows and is no clock; the time from row to row, such as 20ms; of a clock: COLUMN:UNIT",
-                    self.name(*number)
-                );
-                return Err(("SAMPLETIME".to_owned(), why));
-            }
-            ([], []) => format!(
-                "no column is a clock; the columns are {}; for rows 10 ms apart: --time 10ms",
-                self.all_names()
-            ),
-            _ => format!(
-                "several columns rise as a clock does; the columns are {}",
-                self.all_names()
-            ),
-        };
-        Err(("COLUMN:UNIT".to_owned(), why))
-    }
 }
 
 pub(super) fn median(mut numbers: Vec<f64>) -> f64 {
@@ -400,7 +296,7 @@ fn mean_step(readings: &[f64]) -> f64 {
 }
 
 /// A sample time as `--time` takes it.
-fn as_time(seconds: f64) -> String {
+pub(super) fn as_time(seconds: f64) -> String {
     format!("{}ms", short(1000.0 * seconds))
 }
 

@@ -6,6 +6,8 @@ use super::column::Column;
 /// Sample times in s of motors' logs: 5 kHz to a row a second, which shows no motor's start. A clock that goes on by 20 counts ms then,
 /// since 20 us and 20 s are none; from 200 to 900 it may count us or ms.
 const SAMPLE_TIMES_S: (f64, f64) = (2e-4, 0.9);
+/// Sample times in s of a PC that logs a stopwatch of 100 ns.
+const STOPWATCH_S: (f64, f64) = (5e-3, 0.2);
 /// Days since 1900 from 1982 to 2064.
 const SPREADSHEET_DAYS: (f64, f64) = (30_000.0, 60_000.0);
 /// `micros()` and `millis()` begin again at 0 here.
@@ -70,12 +72,19 @@ pub(super) fn is_days(column: &Column, step: f64) -> bool {
         && (least_s..=most_s).contains(&(step * DAY_S))
 }
 
-/// The unit in which a clock that goes on by `step` a row gives a sample time that motors are sampled with: no two do.
-pub(super) fn unit_of_clock(step: f64) -> Option<&'static str> {
-    let (least_s, most_s) = SAMPLE_TIMES_S;
-    let holds = |unit: &&str| (least_s..=most_s).contains(&(step * in_seconds(unit)));
-    let mut found = ["s", "ms", "us", "ns"].into_iter().filter(holds);
-    found.next().filter(|_| found.next().is_none())
+/// The units in which a clock that goes on by `step` a row gives a sample time that motors are sampled with. The 100 ns of a stopwatch
+/// are a PC's, whose rows are slower, except of a counter of `ticks`.
+pub(super) fn units_of_clock(step: f64, is_ticks: bool) -> Vec<&'static str> {
+    let units = ["s", "ms", "us", "100ns", "ns"].into_iter();
+    units
+        .filter(|unit| {
+            let (least_s, most_s) = match *unit {
+                "100ns" if !is_ticks => STOPWATCH_S,
+                _ => SAMPLE_TIMES_S,
+            };
+            (least_s..=most_s).contains(&(step * in_seconds(unit)))
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -92,22 +101,27 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_of_a_clock_is_decided_only_where_one_fits() {
-        for (step, unit) in [
-            (0.003, Some("s")),
-            (0.1, Some("s")),
-            (0.25, None),
-            (250.0, None),
-            (1.0, Some("ms")),
-            (20.0, Some("ms")),
-            (5000.0, Some("us")),
-            (250_000.0, None),
-            (1e7, Some("ns")),
-            (1e10, None),
-            (0.0, None),
-            (f64::NAN, None),
+    fn the_units_of_a_clock_are_those_that_fit() {
+        for (step, units, of_ticks) in [
+            (0.003, &["s"][..], &["s"][..]),
+            (0.1, &["s"], &["s"]),
+            (0.25, &["s", "ms"], &["s", "ms"]),
+            (250.0, &["ms", "us"], &["ms", "us"]),
+            (1.0, &["ms"], &["ms"]),
+            (20.0, &["ms"], &["ms"]),
+            (5000.0, &["us"], &["us", "100ns"]),
+            (20_000.0, &["us"], &["us", "100ns"]),
+            (50_000.0, &["us", "100ns"], &["us", "100ns"]),
+            (100_000.0, &["us", "100ns"], &["us", "100ns"]),
+            (500_000.0, &["us", "100ns", "ns"], &["us", "100ns", "ns"]),
+            (5e6, &["ns"], &["100ns", "ns"]),
+            (1e7, &["ns"], &["ns"]),
+            (1e10, &[], &[]),
+            (0.0, &[], &[]),
+            (f64::NAN, &[], &[]),
         ] {
-            assert_eq!(unit_of_clock(step), unit, "{step}");
+            assert_eq!(units_of_clock(step, false), units, "{step}");
+            assert_eq!(units_of_clock(step, true), of_ticks, "{step}");
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Content of one column of a log, by its values.
 
 use super::super::cells::{decode, number};
+use super::super::clock::FirstReading;
 use super::super::stamp::stamp;
 use super::grid::step_of;
 
@@ -22,8 +23,9 @@ pub(super) struct Column {
     /// The import can ask for it by its name.
     pub is_by_name: bool,
     pub unit_line: Option<String>,
-    /// NaN where a cell is none.
+    /// NaN where a cell is none. Whole numbers beyond the floats are counted from the first one.
     pub numbers: Vec<f64>,
+    first: Option<FirstReading>,
     /// Of a time stamp the seconds; NaN where a cell is none.
     pub stamp_s: Vec<f64>,
     pub empty: usize,
@@ -77,7 +79,11 @@ impl Column {
             _ => None,
         };
         self.words_at.push(word);
-        self.numbers.push(parsed.unwrap_or(f64::NAN));
+        let number = parsed.map_or(f64::NAN, |number| {
+            let first = self.first.get_or_insert_with(|| FirstReading::of(cell));
+            first.since(cell, number)
+        });
+        self.numbers.push(number);
     }
 
     /// The number of a word; none beyond a few.
@@ -115,11 +121,15 @@ impl Column {
     }
 
     pub fn lowest(&self) -> f64 {
-        self.finite().fold(f64::INFINITY, f64::min)
+        self.first_rounded() + self.finite().fold(f64::INFINITY, f64::min)
     }
 
     pub fn highest(&self) -> f64 {
-        self.finite().fold(f64::NEG_INFINITY, f64::max)
+        self.first_rounded() + self.finite().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    fn first_rounded(&self) -> f64 {
+        self.first.map_or(0.0, FirstReading::rounded)
     }
 
     /// Largest magnitude.

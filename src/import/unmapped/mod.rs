@@ -6,6 +6,8 @@
 
 mod centred;
 mod clock;
+mod clock_column;
+mod clock_unit;
 mod clock_units;
 mod column;
 mod command;

@@ -71,7 +71,7 @@ impl Decision<'_> {
             speeds.retain(|&at| !self.says[at].is_electrical);
         }
         if positions.len() + speeds.len() > 1 {
-            positions.retain(|&at| !self.column(at).is_row_number());
+            positions.retain(|&at| !self.column(at).is_row_number() && !self.is_tick_clock(at));
         }
         positions = self.beside_said(positions);
         let in_counts: Vec<usize> = (positions.iter().copied())

@@ -53,8 +53,15 @@ pub(super) const INCREMENTS: &[&str] = &[
     "dcounts",
     "dticks",
 ];
-pub(super) const INTERVALS: &[&str] =
-    &["dt", "deltat", "dtime", "deltatime", "interval", "looptime"];
+pub(super) const INTERVALS: &[&str] = &[
+    "dt",
+    "δt",
+    "deltat",
+    "dtime",
+    "deltatime",
+    "interval",
+    "looptime",
+];
 /// With a unit or a word of time beside it, the time that a loop takes.
 pub(super) const LOOPS: &[&str] = &["period", "cycle", "loop", "delta", "diff", "zyklus"];
 pub(super) const SPEEDS: &[&str] = &[
@@ -106,6 +113,7 @@ pub(super) const OUTPUTS: &[&str] = &[
     "op",
     "control",
     "ctrl",
+    "co",
     "effort",
     "throttle",
     "power",

@@ -183,7 +183,8 @@ fn is_interval<'a>(words: &'a [String], units: impl Iterator<Item = &'a str>) ->
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
     let mut all = words.iter().map(String::as_str).chain(units);
     let is_d_t = matches!(words, [d, t, ..] if d == "d" && t == "t");
-    has(INTERVALS) || is_d_t || (has(LOOPS) && all.any(is_time))
+    let is_since_last = has(&["since"]) && has(&["last", "prev", "previous"]);
+    has(INTERVALS) || is_d_t || ((has(LOOPS) || is_since_last) && all.any(is_time))
 }
 
 /// A name that is only a unit determines the quantity, such as `millis`, `vir_V` and `x [rad]`.
@@ -211,6 +212,7 @@ fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
             Some("v" | "volts") if words.len() > 1 => Some(Role::Command),
             Some("a") if words.len() > 1 => Some(Role::Current),
             Some("ms" | "us" | "ns") if words.len() > 1 => Some(Role::Time),
+            Some("s") if words.len() > 2 && is_metres_per_s(words) => Some(Role::Speed),
             _ => None,
         };
         let by_unit = roles.into_iter().find(|role| {
@@ -237,6 +239,11 @@ fn is_per_row(words: &[String]) -> bool {
         "iteration",
     ];
     (words.windows(2)).any(|two| two[0] == "per" && ROWS.contains(&two[1].as_str()))
+}
+
+/// Whether the last words are `m_s`, `mm_s`: of `ms` they are the letters of another unit.
+fn is_metres_per_s(words: &[String]) -> bool {
+    matches!(words, [.., metres, _] if matches!(metres.as_str(), "m" | "cm" | "mm"))
 }
 
 /// Whether the last words are a unit of speed: `angle_deg_s`.

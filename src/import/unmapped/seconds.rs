@@ -83,6 +83,7 @@ impl Decision<'_> {
         is_clock.then(|| Clock {
             at: whole,
             unit: whole_unit,
+            unit_by: None,
             fraction: Some((rest, unit)),
             counts: Counts::SinceOrigin,
             wrap: None,

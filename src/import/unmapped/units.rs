@@ -135,6 +135,7 @@ const SPEED_UNITS: &[Spelling] = &[
     ("tickss", "counts/s"),
     ("tickssec", "counts/s"),
     ("ms", "m/s"),
+    ("mps", "m/s"),
     ("cms", "cm/s"),
     ("mms", "mm/s"),
     ("kmh", "km/h"),

@@ -21,6 +21,14 @@ impl TextRecording<'_> {
                 Shown(self.largest_pwm / PWM_FULL_SCALE * supply_v)
             ));
         }
+        // Of 255 no motor turns; of 1 it is full drive.
+        if self.largest_pwm > 0.0 && self.largest_pwm <= 1.0 {
+            found.push(format!(
+                "pwm never exceeded {} of {PWM_FULL_SCALE}: commands of at most {} V on a supply of {supply_v} V; print a share of full drive as percent or in V",
+                Shown(self.largest_pwm),
+                Shown(self.largest_pwm / PWM_FULL_SCALE * supply_v)
+            ));
+        }
         if self.largest_command_v > BEYOND * supply_v {
             found.push(format!(
                 "command_v reached {} V on a supply of {supply_v} V; say the right supply with --supply, or print what the driver is given, in V",
