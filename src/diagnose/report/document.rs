@@ -55,7 +55,9 @@ impl Verdict {
     pub fn meaning(self) -> &'static str {
         match self {
             Self::BadRecording => "a finding about the recording is fatal",
-            Self::NoGap => "the nominal model is within the noise floor",
+            Self::NoGap => {
+                "the error of the nominal model is not significantly above the noise floor"
+            }
             Self::Parameters => {
                 "no effect is identified, and re-identified parameters remove at least half of the error"
             }

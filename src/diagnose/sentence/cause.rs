@@ -161,8 +161,7 @@ fn members(diagnosis: &Diagnosis, class: &EffectClass) -> String {
     let sum: f64 = members.iter().map(|cause| cause.inclusion).sum();
     let of = |cause: &&Cause| {
         let p = probability(cause.inclusion);
-        let p = p.strip_prefix("= ").unwrap_or(&p);
-        format!("{} ({p})", name(cause.effect))
+        format!("{} (P {p})", name(cause.effect))
     };
     let names: Vec<String> = members.iter().map(of).collect();
     // More than one of them is present in some set.

@@ -166,23 +166,25 @@ pub(crate) fn note(
         };
         (diagnosis.classes.iter()).any(|class| class.members.iter().any(has_its_name))
     };
-    for (key, share) in outside.iter().filter(|(key, _)| !is_candidate(key)) {
+    let outside = outside.iter().filter(|(key, _)| !is_candidate(key));
+    let outside: Vec<String> = outside
+        .map(|(key, share)| format!("{} is {} times", words_of_key(key), three(*share)))
+        .collect();
+    if !outside.is_empty() {
         let (whose, why) = match diagnosis.nominal_source {
             NominalSource::Given => (
                 "motor file's",
-                ": it has changed, the file is wrong, or it compensates for a missing effect",
+                ": the motor has changed, the file is wrong, or the parameter compensates for a missing effect",
             ),
             NominalSource::Handout | NominalSource::Fit => ("nominal", ""),
         };
+        let fit = match diagnosis.effects.is_empty() {
+            true => "Re-identified",
+            false => "In the fit with the effect",
+        };
         notes.push(format!(
-            "{}, {} is {} times the {whose} value, outside its tolerance{why}.",
-            if diagnosis.effects.is_empty() {
-                "Re-identified"
-            } else {
-                "In the fit with the effect"
-            },
-            words_of_key(key),
-            three(*share)
+            "{fit}, {} the {whose} value, outside the tolerance{why}.",
+            listed(&outside, "and")
         ));
     }
     let repeats = diagnosis.gap.floor_parts.repeats;
@@ -192,7 +194,7 @@ pub(crate) fn note(
             counts(diagnosis.gap.floor)
         ));
     }
-    let is_unexplained = diagnosis.unexplained.hi95 > 0.0;
+    let is_unexplained = diagnosis.unexplained.share > 0.0;
     if diagnosis.scoring.score == "likelihood"
         && diagnosis.scoring.random_load_share > 0.0
         && is_unexplained

@@ -94,7 +94,10 @@ fn record(diagnosis: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
     };
     let written = match diagnosis.verdict {
         Verdict::Effect | Verdict::Partial => {
-            " `--model-out diagnosed.toml` writes the motor with what is identified so far."
+            " To use the motor with the identified effects now, add --model-out diagnosed.toml to this diagnosis."
+        }
+        Verdict::Parameters => {
+            " To use the re-identified motor now, add --model-out fitted.toml to this diagnosis."
         }
         _ => "",
     };
