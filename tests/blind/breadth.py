@@ -19,6 +19,7 @@ NOTHING = ("no_gap", "parameters")
 WANTED = {
     "no effect, but one named with 0.9 or more": 0.02,
     "overconfident": 0.03,
+    "an effect that is not there named with 0.9 or more": 0.02,
     "single effects right or in a stated tie": 0.90,
     "single effects right outright on one plain step": 0.60,
     "single effects right outright on reversing runs": 0.85,
@@ -57,6 +58,13 @@ def judged(case):
     if verdict == "outside_catalogue" or (verdict == "partial" and (said & there or not said)):
         return "overconfident" if verdict == "outside_catalogue" and sure else "partial or unknown"
     return "overconfident" if sure else "wrong"
+
+
+def names_false(case):
+    """Whether it names with 0.9 or more an effect that is not there."""
+    there = {effect["id"] for effect in case["truth"]["effects"]}
+    named = set(case["said"]) - {"unknown", "none", *NOTHING}
+    return case["judged"] == "overconfident" and bool(named - there)
 
 
 def shows(case):
@@ -128,6 +136,7 @@ def main():
     figures = [
         (right(nothing, "overconfident"), len(nothing)),
         (right(cases, "overconfident"), len(cases)),
+        (sum(names_false(case) for case in cases), len(cases)),
         (right(singles, "right", "stated tie"), len(singles)),
         (right(steps, "right"), len(steps)),
         (right(reversing, "right"), len(reversing)),
