@@ -119,6 +119,8 @@ def main():
         case["judged"] = judged(case)
         case["protocol"] = of_header(folder, "profile")
         case["motor"] = family(float(of_header(folder, "counts_per_rev")))
+        case["leaves"] = "2 counts and more" if (case["truth"]["beyond_refit_counts"] or 0.0) >= 2.0 else "less, or no effect"
+        case["tolerances"] = "stated" if "[tolerance]" in (folder / "motor.toml").read_text() else "not stated"
         effects = len(case["truth"]["effects"])
         kind = case["truth"]["kind"]
         case["hides"] = {"none": "no effect", "outside": "outside the catalogue"}.get(kind) or {1: "one effect", 2: "two effects"}.get(effects, "three effects")
@@ -158,6 +160,8 @@ def main():
     lines += table("true cause", grouped(cases, "hides"))
     lines += table("protocol", grouped(cases, "protocol"))
     lines += table("motor", grouped(cases, "motor"))
+    lines += table("left beyond re-identified parameters", grouped(cases, "leaves"))
+    lines += table("tolerances", grouped(cases, "tolerances"))
     blank = [case for case in singles if not shows(case)]
     unshown = [case for case in cases if case["judged"] == "missed" and case["probability_said"] >= SURE]
     lines += [
