@@ -229,7 +229,7 @@ fn running(text: &str) -> String {
     joined.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Words of an identifier separated: `kept_back` and `KeptBack` as `kept back`.
+/// Words of an identifier separated: `held_out` and `HeldOut` as `held out`.
 fn with_parts_of_identifiers(text: &str) -> String {
     let mut out = String::new();
     let mut before = ' ';

@@ -66,7 +66,7 @@ pub(super) fn document(
         ..stated
     };
     let mut bounded = Vec::new();
-    let (steps, errors, random, shares) = loop {
+    let (steps, errors, random, floors, shares) = loop {
         let steps = nested_fits(segments, base, &without, (&mut named, &mut bounded), found);
         let errors = errors(base, segments, &steps, judged_on)?;
         let judged_on = judged_on.unwrap_or(segments);
@@ -90,7 +90,7 @@ pub(super) fn document(
         let is_above_floor = found.judge.is_relevant && shares.left(last).1 > 0.0;
         match immaterial(&effects, settings).filter(|_| is_above_floor) {
             Some(k) => named.retain(|one| one.effect != steps[2 + k].name),
-            None => break (steps, errors, random, shares),
+            None => break (steps, errors, random, floors, shares),
         }
     };
     let judged_on = judged_on.unwrap_or(segments);
@@ -99,7 +99,6 @@ pub(super) fn document(
         random: random[m],
         ..without_random
     };
-    let floors: Vec<f64> = (0..steps.len()).map(|m| parts(m).largest()).collect();
     let n_eff = effective_observations(judged_on, &errors[0]);
     let is_within = |m: usize, floor_square: f64| {
         !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
@@ -269,11 +268,14 @@ fn nested_fits(
     loop {
         let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
         let steps = nested::with_effects(segments, base, without.to_vec(), &ids, found);
-        let at_bound = at_bound(&steps[steps.len() - 1].fit);
+        let ended_at_bound = at_bound(&steps[steps.len() - 1].fit);
         let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
         let not_reached = ids.iter().find(|id| !is_reached(id)).copied();
         let dropped = not_reached.or_else(|| {
-            let first = at_bound.first().copied().filter(|id| ids.contains(id));
+            let first = ended_at_bound
+                .first()
+                .copied()
+                .filter(|id| ids.contains(id));
             bounded.extend(first);
             first
         });
