@@ -428,6 +428,10 @@ mod tests {
                 bench.motor_file.contains("[tolerance]"),
                 bench.bench.is_stated
             );
+            assert_eq!(
+                label.random_load_share() > 0.0,
+                bench.bench.has_random_torque
+            );
             for run in &bench.case.runs {
                 assert_eq!(run.profile.sample_time_s, bench.bench.sample_time_s);
                 assert!(

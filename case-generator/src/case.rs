@@ -65,6 +65,19 @@ pub struct Label {
     pub random_torque_time_s: f64,
 }
 
+impl Label {
+    /// Standard deviation of the random load torque as a share of the stall torque; 0 without a random load.
+    pub fn random_load_share(&self) -> f64 {
+        let m = &self.motor;
+        let stall_nm = m.torque_constant_nm_per_a * m.supply_v / m.resistance_ohm;
+        // The random torque is relative to Tf with the effect.
+        let mut effects = self.effects.iter();
+        let changed = effects.find(|effect| effect.id == "coulomb_friction");
+        let friction_nm = changed.and_then(|effect| effect.parameters.get("torque_nm"));
+        self.random_torque_relative * friction_nm.unwrap_or(&m.coulomb_friction_nm) / stall_nm
+    }
+}
+
 /// A case: the input of a diagnosis, and the withheld part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {

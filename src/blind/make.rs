@@ -67,7 +67,7 @@ pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, U
                 runs: bench.case.runs.iter().map(|run| run.to_csv()).collect(),
                 motor: bench.motor_file,
                 unseen: Some(bench.case.unseen_run.to_csv()),
-                truth: bench.case.label.into(),
+                truth: bench.case.into(),
             }
         });
         return Ok(cases.collect());
@@ -95,7 +95,7 @@ pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, U
             runs: case.runs.iter().map(|run| run.to_csv()).collect(),
             motor: case.nominal.to_toml(),
             unseen: Some(case.unseen_run.to_csv()),
-            truth: case.label.into(),
+            truth: case.into(),
         }
     });
     Ok(cases.collect())

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use case_generator::{Label, OUTSIDE};
+use case_generator::{Case, OUTSIDE};
 use serde::{Deserialize, Serialize};
 
 use crate::motor::catalogue::{catalogue, find};
@@ -25,6 +25,12 @@ pub struct Truth {
     /// Error of the true motor on the held-out run, because its random load is unknown, in counts RMS.
     #[serde(default)]
     pub unseen_floor_counts: Option<f64>,
+    /// Standard deviation of the random load torque as a share of the stall torque, if known; 0 without one.
+    #[serde(default)]
+    pub random_load_share: Option<f64>,
+    /// Whether one plain step is all that is recorded, if known.
+    #[serde(default)]
+    pub one_step: Option<bool>,
 }
 
 /// True cause of a case.
@@ -112,6 +118,8 @@ impl Truth {
             strength_counts: BTreeMap::new(),
             beyond_refit_counts: None,
             unseen_floor_counts: None,
+            random_load_share: None,
+            one_step: None,
         })
     }
 
@@ -137,8 +145,10 @@ impl Truth {
     }
 }
 
-impl From<Label> for Truth {
-    fn from(label: Label) -> Self {
+impl From<Case> for Truth {
+    fn from(case: Case) -> Self {
+        let label = case.label;
+        let random_load_share = label.random_load_share();
         let outside = label
             .effects
             .iter()
@@ -162,6 +172,8 @@ impl From<Label> for Truth {
             strength_counts: label.strength_counts,
             beyond_refit_counts: Some(label.beyond_refit_counts),
             unseen_floor_counts: Some(label.unseen_floor_counts),
+            random_load_share: Some(random_load_share),
+            one_step: Some(matches!(&case.runs[..], [run] if run.profile.name == "step")),
         }
     }
 }

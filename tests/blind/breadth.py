@@ -121,6 +121,8 @@ def main():
         case["motor"] = family(float(of_header(folder, "counts_per_rev")))
         case["leaves"] = "2 counts and more" if (case["truth"]["beyond_refit_counts"] or 0.0) >= 2.0 else "less, or no effect"
         case["tolerances"] = "stated" if "[tolerance]" in (folder / "motor.toml").read_text() else "not stated"
+        case["load"] = {None: "unknown", 0.0: "none"}.get(case["truth"]["random_load_share"], "some")
+        case["steps"] = {None: "unknown", True: "one step"}.get(case["truth"]["one_step"], "more than one step")
         effects = len(case["truth"]["effects"])
         kind = case["truth"]["kind"]
         case["hides"] = {"none": "no effect", "outside": "outside the catalogue"}.get(kind) or {1: "one effect", 2: "two effects"}.get(effects, "three effects")
@@ -162,6 +164,8 @@ def main():
     lines += table("motor", grouped(cases, "motor"))
     lines += table("left beyond re-identified parameters", grouped(cases, "leaves"))
     lines += table("tolerances", grouped(cases, "tolerances"))
+    lines += table("random load", grouped(cases, "load"))
+    lines += table("recorded", grouped(cases, "steps"))
     blank = [case for case in singles if not shows(case)]
     unshown = [case for case in cases if case["judged"] == "missed" and case["probability_said"] >= SURE]
     lines += [

@@ -161,6 +161,37 @@ fn generated_cases_are_reproduced_from_their_seed_and_do_not_contain_it() {
 }
 
 #[test]
+fn the_score_has_the_random_load_of_each_bench_and_whether_one_step_is_recorded() {
+    let keep = tempfile::tempdir().expect("a directory");
+    let here = keep.path();
+    spy(here);
+    let command = |words: &str| {
+        let done = run(here, &words.split(' ').collect::<Vec<_>>());
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+        json(&done.output)
+    };
+    command("blind make --breadth --cases 4 --seed 7 set --labels labels.json --json");
+    command("blind run set --diagnoser ./spy --json");
+    let score = command("blind score set --labels labels.json --json");
+    // As the generator draws them: one reversing recording under a random load, one step, random levels, chirps.
+    let drawn = [
+        (0.005_035_18, false),
+        (0.0, true),
+        (0.0, false),
+        (0.0, false),
+    ];
+    let cases = score["cases"].as_array().expect("cases");
+    assert_eq!(cases.len(), drawn.len());
+    for (case, (share, one_step)) in cases.iter().zip(drawn) {
+        let found = case["truth"]["random_load_share"]
+            .as_f64()
+            .expect("a share");
+        assert!((found - share).abs() < 1e-8, "{found}, expected {share}");
+        assert_eq!(case["truth"]["one_step"], one_step);
+    }
+}
+
+#[test]
 fn a_diagnosers_version_call_gets_no_case_and_is_read_up_to_one_line() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
