@@ -27,6 +27,7 @@ mod random;
 mod reference;
 mod relevance;
 mod report;
+mod robust;
 mod run_facts;
 #[cfg(test)]
 mod samples;

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::rows::Row;
-use crate::diagnose::settings::conventions::MEDIAN_SIZE;
-use crate::diagnose::settings::solver::{LAST_DIGITS, REWEIGHTED, WEIGHTS_FREEDOM};
+use crate::diagnose::robust::student_weights;
+use crate::diagnose::settings::solver::{LAST_DIGITS, REWEIGHTED};
 
 /// Normal equations of weighted least squares.
 pub(super) struct Normal {
@@ -73,20 +73,12 @@ fn residuals(columns: &[Vec<f64>], rows: &[Row], coefficients: &[f64]) -> Vec<f6
         .collect()
 }
 
-/// Robust weights from the residuals of the motor alone (Student's t with 3 degrees of freedom, iteratively
-/// reweighted).
+/// Robust weights from the residuals of the motor alone, iteratively reweighted.
 pub(super) fn robust_weights(rows: &[Row], alone: &[Vec<f64>]) -> Vec<f64> {
     let mut weight = vec![1.0; rows.len()];
     for _ in 0..REWEIGHTED {
         let coefficients = Normal::of(alone, rows, &weight).solved(&vec![true; alone[0].len()]);
-        let left = residuals(alone, rows, &coefficients);
-        let mut sizes: Vec<f64> = left.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let sigma = sizes[sizes.len() / 2] / MEDIAN_SIZE + f64::MIN_POSITIVE;
-        weight = left
-            .iter()
-            .map(|r| (1.0 + WEIGHTS_FREEDOM) / (WEIGHTS_FREEDOM + (r / sigma).powi(2)))
-            .collect();
+        weight = student_weights(&residuals(alone, rows, &coefficients));
     }
     weight
 }
