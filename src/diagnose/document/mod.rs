@@ -13,14 +13,14 @@ use super::fit::Fit;
 use super::identifiable::identifiable;
 use super::model::{Base, corrected_residual, mean_square};
 use super::nested::{self, Step};
-use super::noise::{Noise, expected_mean_square};
+use super::noise::{LinearPlant, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
     BudgetStep, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun, Quick,
     SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::{effective_observations, likelihood, plant_of};
-use super::search::{Found, Judge, Scored};
+use super::search::{Found, Scored};
 use super::segments::{Segment, Segments};
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{
@@ -66,13 +66,13 @@ pub(super) fn document(
         ..stated
     };
     let mut bounded = Vec::new();
-    let (steps, errors, random, floors, shares) = loop {
+    let (steps, errors, random, floors, shares, n_eff) = loop {
         let steps = nested_fits(segments, base, &without, (&mut named, &mut bounded), found);
         let errors = errors(base, segments, &steps, judged_on)?;
         let judged_on = judged_on.unwrap_or(segments);
         let random = steps
             .iter()
-            .map(|step| random_floor(judged_on, base, &found.judge, &step.fit));
+            .map(|step| random_floor(judged_on, base, found, [&steps[1].fit, &step.fit]));
         let random: Vec<Option<f64>> = random.collect();
         let floors = random.iter().map(|&random| {
             let parts = FloorParts {
@@ -84,13 +84,21 @@ pub(super) fn document(
         let floors: Vec<f64> = floors.collect();
         let shares = Shares::new(judged_on, &errors, &floors, settings);
         let last = steps.len() - 1;
+        let square = |m: usize| mean_square(&errors[m]);
+        let n_eff = effective_observations(judged_on, &errors[0]);
+        // An effect that adds to the held-out error of the model that it extends is no cause of that error.
+        let added = (2..steps.len()).rposition(|m| {
+            let before = square(m - 1).max(floors[m] * floors[m]);
+            relevance::exceeds(square(m), before, n_eff, settings)
+        });
         let effects: Vec<(f64, f64)> = (2..=last)
             .map(|m| (shares.between(m - 1, m).0, shares.left(m - 1).0))
             .collect();
         let is_above_floor = found.judge.is_relevant && shares.left(last).1 > 0.0;
-        match immaterial(&effects, settings).filter(|_| is_above_floor) {
+        let removes_little = || immaterial(&effects, settings).filter(|_| is_above_floor);
+        match added.or_else(removes_little) {
             Some(k) => named.retain(|one| one.effect != steps[2 + k].name),
-            None => break (steps, errors, random, floors, shares),
+            None => break (steps, errors, random, floors, shares, n_eff),
         }
     };
     let judged_on = judged_on.unwrap_or(segments);
@@ -99,14 +107,14 @@ pub(super) fn document(
         random: random[m],
         ..without_random
     };
-    let n_eff = effective_observations(judged_on, &errors[0]);
     let is_within = |m: usize, floor_square: f64| {
         !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
     };
     // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
     let is_settled_at_floor = shares.left(last).1 <= 0.0 || !found.judge.is_relevant;
     let budget_shares = BudgetShares {
-        is_nominal_at_floor: is_within(0, floors[0] * floors[0]),
+        is_nominal_at_floor: is_within(0, without_random.largest().powi(2)),
+        is_nominal_at_random_load: is_within(0, floors[0] * floors[0]),
         parameters: shares.between(0, 1).0,
         beyond_parameters: shares.left(1).0,
         unexplained: if is_settled_at_floor {
@@ -308,13 +316,26 @@ fn left_out(
     intervals
 }
 
-/// Error in counts RMS of a perfect model on recordings with a fit's random effects; none where it has none, and where the likelihood, which
-/// alone sees their variance, is not the score.
-fn random_floor(segments: &Segments, base: &Base, judge: &Judge, fit: &Fit) -> Option<f64> {
-    let plant = plant_of(segments, &fit.model.motor(&fit.x), base.kind);
+/// Error in counts RMS of a perfect model on recordings with the random load torque of the best set, as the re-identified motor responds to
+/// it, and with a model's random effects; none where there is neither, and where the likelihood, which alone sees their variance, is not the
+/// score.
+fn random_floor(
+    segments: &Segments,
+    base: &Base,
+    found: &Found,
+    [refitted, model]: [&Fit; 2],
+) -> Option<f64> {
+    let plant_of = |fit: &Fit| plant_of(segments, &fit.model.motor(&fit.x), base.kind);
+    let own = plant_of(model);
+    let plant = LinearPlant {
+        jitter_s: own.jitter_s,
+        loss: own.loss,
+        ..plant_of(refitted)
+    };
+    let noise = found.best().likelihood.noise;
     let has_effect = plant.loss > 0.0 || plant.jitter_s > segments.arrivals_s;
-    (judge.is_likelihood && has_effect)
-        .then(|| expected_mean_square(segments, &plant, Noise::NONE).sqrt())
+    (found.judge.is_likelihood && (has_effect || noise.strength > 0.0))
+        .then(|| expected_mean_square(segments, &plant, noise).sqrt())
 }
 
 /// Held-out residuals of each step: on other segments, or by cross-validation.

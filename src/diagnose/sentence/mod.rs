@@ -194,13 +194,12 @@ pub(crate) fn note(
             counts(diagnosis.gap.floor)
         ));
     }
-    let is_unexplained = diagnosis.unexplained.share > 0.0;
-    if diagnosis.scoring.score == "likelihood"
-        && diagnosis.scoring.random_load_share > 0.0
-        && is_unexplained
+    let random = diagnosis.gap.floor_parts.random;
+    if diagnosis.scoring.random_load_share > 0.0
+        && random.is_some_and(|random| random >= diagnosis.gap.floor)
     {
         notes.push(format!(
-            "A random load torque of {} of the stall torque (estimated) is part of the unexplained error; no deterministic model removes it.",
+            "A random load torque of {} of the stall torque (estimated) makes most of the noise floor; no deterministic model removes it.",
             percent(diagnosis.scoring.random_load_share)
         ));
     }

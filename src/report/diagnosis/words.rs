@@ -124,7 +124,7 @@ pub fn measured(gap: &Gap) -> String {
     };
     let parts = [
         part("quantization", Some(parts.rounding)),
-        part("random effects", parts.random),
+        part("random load and random effects", parts.random),
         part("repeatability", parts.repeats),
         part("good enough", parts.good_enough),
     ];
