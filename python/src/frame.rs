@@ -6,7 +6,7 @@ use std::io::Cursor;
 
 use motorlab::hint::Hinted;
 use motorlab::import::{
-    HEAD_BYTES, Imported, Said, Unclear, Understood, import, is_spelling_of, understand,
+    GivenFlags, HEAD_BYTES, Imported, Unclear, Understood, import, is_spelling_of, understand,
 };
 use motorlab::recording::{Run, read_run};
 use pyo3::prelude::*;
@@ -126,11 +126,11 @@ pub(crate) fn run_of(
 type Problem = Box<dyn std::error::Error + Send + Sync>;
 
 fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), Problem> {
-    let (said, units) = keywords.said(columns)?;
+    let (given, units) = keywords.given(columns)?;
     let text = text_of(columns, &units);
     let head = &text.as_bytes()[..text.len().min(HEAD_BYTES as usize)];
     let is_whole = head.len() == text.len();
-    let reading = understand(head, is_whole, NAME, &said, NAME);
+    let reading = understand(head, is_whole, NAME, &given, NAME);
     keywords.check_units(columns, &reading.understood)?;
     let ready = reading.map.map_err(|unclear| match unclear {
         Unclear::Missing { missing, flags, .. } => {
@@ -222,7 +222,7 @@ impl Keywords {
     }
 
     /// As flags, with each unit at its column; also the units of columns that no flag names.
-    fn said(&self, columns: &[Column]) -> Result<(Said, BTreeMap<String, String>), Problem> {
+    fn given(&self, columns: &[Column]) -> Result<(GivenFlags, BTreeMap<String, String>), Problem> {
         let mut units = self.units.clone();
         for column in columns {
             if let Some(unit) = column.unit {
@@ -250,7 +250,7 @@ impl Keywords {
                 None => name,
             })
         };
-        let said = Said {
+        let given = GivenFlags {
             time: with_unit(&self.time),
             command: with_unit(&self.command),
             command_limit: self.command_limit,
@@ -270,7 +270,7 @@ impl Keywords {
             every: self.every,
             runs: None,
         };
-        Ok((said, units))
+        Ok((given, units))
     }
 }
 

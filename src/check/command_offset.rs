@@ -12,7 +12,7 @@
 
 use super::dead_time::dead_time;
 use super::finding::{Finding, Kind, Severity};
-use super::jump::{Jump, MOST_AFTER, MOST_LATE, jumps};
+use super::step_response::{MOST_AFTER, MOST_LATE, StepResponse, step_responses};
 use super::subject::Subject;
 use super::words::time;
 use crate::recording::Steps;
@@ -43,7 +43,7 @@ const REFINED: usize = 14;
 /// and the log likelihood ratio exceeds this bound, which correlated residuals do not reach.
 const LEAVES: f64 = 0.8;
 const WITHOUT: f64 = 0.25;
-const SURE: f64 = 20.0;
+const LEAST_LOG_RATIO: f64 = 20.0;
 /// Largest residual of a first-order response, in quantization errors: a soft coupling at its default strength leaves
 /// 2.5.
 const FIRST_ORDER: f64 = 1.1;
@@ -63,39 +63,39 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     };
     // Positions integrated from speeds are uncertain by one sample.
     let slack = usize::from(subject.run.is_integrated());
-    let jumps = jumps(subject.run, slack, MOST_AFTER);
-    let found = late(subject, &jumps, step_s).or_else(|| dead_time(subject, slack, step_s));
+    let steps = step_responses(subject.run, slack, MOST_AFTER);
+    let found = late(subject, &steps, step_s).or_else(|| dead_time(subject, slack, step_s));
     let found = found.or_else(|| {
-        let responses = Responses::of(&jumps, step_s)?;
+        let responses = Responses::of(&steps, step_s)?;
         let ahead = responses.ahead(subject, slack as f64);
         ahead.or_else(|| responses.behind(subject))
     });
     found.into_iter().collect()
 }
 
-fn late(subject: &Subject<'_>, jumps: &[Jump], step_s: f64) -> Option<Finding> {
-    let (first, last) = (jumps.first()?.at, jumps.last()?.at);
-    let sum: f64 = jumps.iter().map(|jump| jump.ahead.0).sum();
-    let variance: f64 = jumps.iter().map(|jump| jump.ahead.1.powi(2)).sum();
+fn late(subject: &Subject<'_>, steps: &[StepResponse], step_s: f64) -> Option<Finding> {
+    let (first, last) = (steps.first()?.at, steps.last()?.at);
+    let sum: f64 = steps.iter().map(|step| step.at_step.0).sum();
+    let variance: f64 = steps.iter().map(|step| step.at_step.1.powi(2)).sum();
     let over_error = sum / variance.sqrt();
-    let ahead = jumps.iter().filter(|jump| jump.ahead.0 > 0.0).count();
-    if over_error < BEFORE || (ahead as f64) < MOST * jumps.len() as f64 {
+    let ahead = steps.iter().filter(|step| step.at_step.0 > 0.0).count();
+    if over_error < BEFORE || (ahead as f64) < MOST * steps.len() as f64 {
         return None;
     }
-    let counts_ahead = sum / jumps.len() as f64;
+    let counts_ahead = sum / steps.len() as f64;
     Some(subject.finding(
         Kind::CommandLate,
         Severity::Warning,
         (first.saturating_sub(MOST_LATE), last),
         format!(
-            "the shaft answers before it is commanded: when the command jumps (first at {:.3} s) it is {counts_ahead:.1} counts ahead already, so the command's column is late by a sample of {} or more",
+            "the shaft moves before the command: at the steps of the command (the first at {:.3} s) it is {counts_ahead:.1} counts ahead already, so the command column is late by a sample of {} or more",
             subject.run.t_s[first],
             time(step_s),
         ),
         [
             ("counts_ahead", counts_ahead),
             ("over_its_error", over_error),
-            ("jumps", jumps.len() as f64),
+            ("jumps", steps.len() as f64),
         ],
         SET_THEN_PRINT,
     ))
@@ -103,7 +103,7 @@ fn late(subject: &Subject<'_>, jumps: &[Jump], step_s: f64) -> Option<Finding> {
 
 /// The step responses of a run, with the residual of the first-order fit for each dead time.
 struct Responses<'a> {
-    fitted: Vec<&'a Jump>,
+    fitted: Vec<&'a StepResponse>,
     /// Dead time in samples and residual in counts^2.
     of_each: Vec<(f64, f64)>,
     samples: usize,
@@ -118,13 +118,13 @@ struct Found {
 }
 
 impl<'a> Responses<'a> {
-    fn of(jumps: &'a [Jump], step_s: f64) -> Option<Self> {
-        let fitted: Vec<&Jump> = jumps
+    fn of(steps: &'a [StepResponse], step_s: f64) -> Option<Self> {
+        let fitted: Vec<&StepResponse> = steps
             .iter()
-            .filter(|jump| jump.speed_counts_s * step_s >= -AT_REST)
+            .filter(|step| step.speed_counts_s * step_s >= -AT_REST)
             .take(MOST_FITTED)
             .collect();
-        let samples = fitted.iter().map(|jump| looked_at(jump).count()).sum();
+        let samples = fitted.iter().map(|step| fitted_part(step).count()).sum();
         let tried = ((LONGEST_AHEAD + LONGEST_DEAD) / DEAD_STEP) as usize;
         let of_each = (0..=tried)
             .map(|k| k as f64 * DEAD_STEP - LONGEST_AHEAD)
@@ -139,15 +139,15 @@ impl<'a> Responses<'a> {
     }
 
     /// The best dead time, if it is significantly better than every one of the `others`.
-    fn sure(&self, others: impl Fn(f64) -> bool) -> Option<Found> {
+    fn significant(&self, others: impl Fn(f64) -> bool) -> Option<Found> {
         let &(dead, best) = self.of_each.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let without = (self.of_each.iter().filter(|(dead, _)| others(*dead)))
             .map(|(_, left)| *left)
             .fold(f64::INFINITY, f64::min);
         let samples = self.samples as f64;
         let log_ratio = samples * (without / best.max(ROUNDING * samples)).ln();
-        let is_sure = best.sqrt() <= LEAVES * without.sqrt() && log_ratio >= SURE;
-        is_sure.then_some(Found {
+        let is_significant = best.sqrt() <= LEAVES * without.sqrt() && log_ratio >= LEAST_LOG_RATIO;
+        is_significant.then_some(Found {
             dead,
             rms_counts: (best / samples).sqrt(),
             log_ratio,
@@ -155,7 +155,7 @@ impl<'a> Responses<'a> {
     }
 
     fn ahead(&self, subject: &Subject<'_>, slack: f64) -> Option<Finding> {
-        let found = self.sure(|dead| dead >= -WITHOUT)?;
+        let found = self.significant(|dead| dead >= -WITHOUT)?;
         let lead = -found.dead;
         if lead < DEAD_SAMPLES + slack || found.rms_counts > FIRST_ORDER * ROUNDING.sqrt() {
             return None;
@@ -165,7 +165,7 @@ impl<'a> Responses<'a> {
             Severity::Warning,
             self.rows(),
             format!(
-                "the shaft answers {lead} samples ({}) before it is commanded, so the command's column is late",
+                "the shaft moves {lead} samples ({}) before the command, so the command column is late",
                 time(lead * self.step_s),
             ),
             [
@@ -179,7 +179,7 @@ impl<'a> Responses<'a> {
     }
 
     fn behind(&self, subject: &Subject<'_>) -> Option<Finding> {
-        let found = self.sure(|dead| dead.abs() <= WITHOUT)?;
+        let found = self.significant(|dead| dead.abs() <= WITHOUT)?;
         let dead = found.dead;
         if dead < DEAD_SAMPLES {
             return None;
@@ -189,7 +189,7 @@ impl<'a> Responses<'a> {
             Severity::Note,
             self.rows(),
             format!(
-                "the shaft answers {dead} samples ({}) after the command jumps: the command's column is early, or something delays the command",
+                "the shaft responds {dead} samples ({}) after the step of the command: the command column is early, or something delays the command",
                 time(dead * self.step_s),
             ),
             [
@@ -209,21 +209,21 @@ impl<'a> Responses<'a> {
 }
 
 /// The part of a step response that is fitted: the samples before the step and the first ones after it.
-pub(super) fn looked_at(jump: &Jump) -> impl Iterator<Item = &(f64, f64)> {
-    jump.answer.iter().take(MOST_LATE - 1 + FITTED)
+pub(super) fn fitted_part(step: &StepResponse) -> impl Iterator<Item = &(f64, f64)> {
+    step.response.iter().take(MOST_LATE - 1 + FITTED)
 }
 
 /// Residual in counts^2 with the best time constant for this dead time: grid search, then golden-section search
 /// (Press et al., Numerical Recipes, 2007, section 10.2).
-fn best_residual(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
-    let of = |ln_tau: f64| left(jumps, dead, ln_tau.exp(), step_s);
+fn best_residual(steps: &[&StepResponse], dead: f64, step_s: f64) -> f64 {
+    let of = |ln_tau: f64| residual(steps, dead, ln_tau.exp(), step_s);
     let tried = (0..TAUS).map(|k| SHORTEST_TAU.ln() + f64::from(k) * TAU_STEP.ln());
     let best = tried.map(|ln_tau| (ln_tau, of(ln_tau)));
     let (middle, coarse) = best
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((SHORTEST_TAU.ln(), f64::INFINITY));
     let fine = golden((middle, coarse), TAU_STEP.ln(), of);
-    fine.min(left(jumps, dead, NO_TAU, step_s))
+    fine.min(residual(steps, dead, NO_TAU, step_s))
 }
 
 /// Minimum of a function within `width` of the best known point, by golden-section search.
@@ -245,18 +245,18 @@ pub(super) fn golden(best: (f64, f64), width: f64, of: impl Fn(f64) -> f64) -> f
 }
 
 /// Residual of a first-order response after a dead time (both in samples), in counts^2.
-fn left(jumps: &[&Jump], dead: f64, tau: f64, step_s: f64) -> f64 {
+fn residual(steps: &[&StepResponse], dead: f64, tau: f64, step_s: f64) -> f64 {
     let shape = |t_s: f64| {
         let z = (t_s / step_s - dead).max(0.0);
         z - tau * (1.0 - (-z / tau).exp())
     };
-    let of_jump = |jump: &&Jump| {
+    let of_one = |step: &&StepResponse| {
         let (mut ff, mut fy, mut yy) = (0.0, 0.0, 0.0);
-        for &(t_s, y) in looked_at(jump) {
+        for &(t_s, y) in fitted_part(step) {
             let f = shape(t_s);
             (ff, fy, yy) = (ff + f * f, fy + f * y, yy + y * y);
         }
         if ff > 0.0 { yy - fy * fy / ff } else { yy }
     };
-    jumps.iter().map(of_jump).sum()
+    steps.iter().map(of_one).sum()
 }

@@ -6,7 +6,7 @@
 //! response by [`command_offset`](super::command_offset).
 
 use super::finding::{Finding, Kind, Severity};
-use super::jump::{Jump, jumps};
+use super::step_response::{StepResponse, step_responses};
 use super::subject::Subject;
 use super::words::time;
 
@@ -26,10 +26,10 @@ const MOST: f64 = 2.0 / 3.0;
 const AGREE: f64 = 0.7;
 
 pub(super) fn dead_time(subject: &Subject<'_>, slack: usize, step_s: f64) -> Option<Finding> {
-    let jumps = jumps(subject.run, slack, EXAMINED);
-    let mut onsets: Vec<(usize, f64)> = (jumps.iter())
-        .filter(|jump| jump.speed_counts_s.abs() * step_s <= AT_REST)
-        .filter_map(|jump| onset_s(jump).map(|onset_s| (jump.at, onset_s)))
+    let steps = step_responses(subject.run, slack, EXAMINED);
+    let mut onsets: Vec<(usize, f64)> = (steps.iter())
+        .filter(|step| step.speed_counts_s.abs() * step_s <= AT_REST)
+        .filter_map(|step| onset_s(step).map(|onset_s| (step.at, onset_s)))
         .collect();
     let examined = onsets.len();
     onsets.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -47,7 +47,7 @@ pub(super) fn dead_time(subject: &Subject<'_>, slack: usize, step_s: f64) -> Opt
         Severity::Warning,
         (first, last),
         format!(
-            "the shaft begins to move {} ({samples:.0} samples) after the command jumps: a dead time between command and motion",
+            "the shaft begins to move {} ({samples:.0} samples) after the step of the command: a dead time between command and motion",
             time(middle_s),
         ),
         [
@@ -62,14 +62,14 @@ pub(super) fn dead_time(subject: &Subject<'_>, slack: usize, step_s: f64) -> Opt
 }
 
 /// Onset of motion in s after the step; `None` without motion, 0 where the rise is too slow to determine it.
-fn onset_s(jump: &Jump) -> Option<f64> {
-    let x = ONSET_COUNTS.max(4.0 * jump.ahead.1);
+fn onset_s(step: &StepResponse) -> Option<f64> {
+    let x = ONSET_COUNTS.max(4.0 * step.at_step.1);
     let passes = |counts: f64| {
-        let first = jump
-            .answer
+        let first = step
+            .response
             .iter()
             .position(|&(t_s, y)| t_s >= 0.0 && y >= counts)?;
-        let (after, before) = (jump.answer[first], jump.answer[first.checked_sub(1)?]);
+        let (after, before) = (step.response[first], step.response[first.checked_sub(1)?]);
         let share = (counts - before.1) / (after.1 - before.1);
         Some(before.0 + share.clamp(0.0, 1.0) * (after.0 - before.0))
     };

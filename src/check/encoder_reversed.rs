@@ -112,7 +112,7 @@ fn finding(
 impl Tally {
     fn of(subject: &Subject<'_>) -> Self {
         let run = subject.run;
-        let from = braked(&run.counts);
+        let from = end_of_deceleration(&run.counts);
         let mut tally = Self {
             resting: (run.counts[..=from].windows(2))
                 .map(|pair| pair[0].abs_diff(pair[1]) as f64)
@@ -167,7 +167,7 @@ impl Tally {
 
 /// The last sample in which a shaft that turns from the beginning is braked: until then its inertia turns it against
 /// the command. 0 if it keeps its speed or begins at rest.
-fn braked(counts: &[i64]) -> usize {
+fn end_of_deceleration(counts: &[i64]) -> usize {
     let moved = |from: usize, to: usize| counts[to].saturating_sub(counts[from]) as f64;
     let steps = 1..counts.len();
     let Some(first) = steps.clone().find(|k| moved(k - 1, *k) != 0.0) else {

@@ -7,9 +7,9 @@
 //! are fitted to the positions after the steps, with one gain `K` for each step; the mean is reported where its
 //! residual is far below the best of the others.
 
-use super::command_offset::{AT_REST, golden, looked_at};
+use super::command_offset::{AT_REST, fitted_part, golden};
 use super::finding::{Finding, Kind, Severity};
-use super::jump::{Jump, MOST_AFTER, jumps};
+use super::step_response::{MOST_AFTER, StepResponse, step_responses};
 use super::subject::Subject;
 use super::words::time;
 use crate::recording::Steps;
@@ -33,8 +33,8 @@ const MOST_FITTED: usize = 6;
 /// The RMS residual of the mean is at most this share of the first-order one, and the log likelihood ratio exceeds
 /// this bound, which correlated residuals do not reach.
 const LEAVES: f64 = 0.8;
-const SURE: f64 = 30.0;
-/// Least log likelihood ratio against a filter; from `SURE` on a warning, below it a note.
+const LEAST_LOG_RATIO: f64 = 30.0;
+/// Least log likelihood ratio against a filter; from `LEAST_LOG_RATIO` on a warning, below it a note.
 const LIKELIER: f64 = 8.0;
 /// Least counts of all responses together: the kink is then above quantization.
 const LEAST_COUNTS: f64 = 40.0;
@@ -47,13 +47,13 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let Some(step_s) = Steps::of(run).map(|steps| steps.median_s()) else {
         return Vec::new();
     };
-    let all = jumps(run, usize::from(run.is_integrated()), MOST_AFTER);
-    let fitted: Vec<&Jump> = (all.iter())
-        .filter(|jump| jump.speed_counts_s * step_s >= -AT_REST)
+    let all = step_responses(run, usize::from(run.is_integrated()), MOST_AFTER);
+    let fitted: Vec<&StepResponse> = (all.iter())
+        .filter(|step| step.speed_counts_s * step_s >= -AT_REST)
         .take(MOST_FITTED)
         .collect();
-    let samples: usize = fitted.iter().map(|jump| looked_at(jump).count()).sum();
-    let farthest = (fitted.iter().flat_map(|jump| looked_at(jump)))
+    let samples: usize = fitted.iter().map(|step| fitted_part(step).count()).sum();
+    let farthest = (fitted.iter().flat_map(|step| fitted_part(step)))
         .fold(0.0, |most, (_, counts)| f64::max(most, *counts));
     if samples == 0 || farthest < LEAST_COUNTS || step_s <= 0.0 {
         return Vec::new();
@@ -61,7 +61,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let rounding = ROUNDING * samples as f64;
     let deads = |n: i32| (0..n).map(|k| EARLIEST + DEAD_STEP * f64::from(k));
     let first_orders = deads(OTHER_DEADS)
-        .map(|dead| best_tau(|tau| left(&fitted, step_s, |z| first_order(z - dead, tau))));
+        .map(|dead| best_tau(|tau| residual(&fitted, step_s, |z| first_order(z - dead, tau))));
     let plain = first_orders.fold(f64::INFINITY, f64::min);
     // Quantization alone is left.
     if plain <= rounding / LEAVES.powi(2) {
@@ -70,7 +70,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let means =
         (FEWEST_ROWS..=MOST_ROWS).flat_map(|rows| deads(MEAN_DEADS).map(move |d| (rows, d)));
     let best = means.map(|(rows, dead)| {
-        let of = |tau: f64| left(&fitted, step_s, |z| mean_of(rows, z - dead, tau));
+        let of = |tau: f64| residual(&fitted, step_s, |z| mean_of(rows, z - dead, tau));
         (rows, best_tau(of))
     });
     let Some((rows, mean)) = best.min_by(|a, b| a.1.total_cmp(&b.1)) else {
@@ -78,21 +78,21 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     };
     let log_ratio =
         |others: f64, least: f64| 0.5 * samples as f64 * (others / mean.max(least)).ln();
-    let is_better = mean <= LEAVES.powi(2) * plain && log_ratio(plain, rounding) >= SURE;
+    let is_better = mean <= LEAVES.powi(2) * plain && log_ratio(plain, rounding) >= LEAST_LOG_RATIO;
     if !is_better || rows == MOST_ROWS {
         return Vec::new();
     }
     let filters = || (0..FILTERS).map(|k| SHORTEST_TAU * TAU_STEP.powi(k));
     let both = deads(OTHER_DEADS).flat_map(|dead| filters().map(move |filter| (dead, filter)));
     let filtered = both.map(|(dead, filter)| {
-        best_tau(|tau| left(&fitted, step_s, |z| two_constants(z - dead, tau, filter)))
+        best_tau(|tau| residual(&fitted, step_s, |z| two_constants(z - dead, tau, filter)))
     });
     let others = filtered.fold(plain, f64::min);
     let over_filter = log_ratio(others, f64::MIN_POSITIVE);
     if over_filter < LIKELIER {
         return Vec::new();
     }
-    let (severity, besides) = match over_filter >= SURE {
+    let (severity, besides) = match over_filter >= LEAST_LOG_RATIO {
         true => (Severity::Warning, ""),
         false => (
             Severity::Note,
@@ -161,14 +161,14 @@ fn two_constants(z: f64, tau: f64, filter: f64) -> f64 {
 }
 
 /// Residual in counts^2 of a response shape over the steps; one gain for each step.
-fn left(jumps: &[&Jump], step_s: f64, shape: impl Fn(f64) -> f64) -> f64 {
-    let of_jump = |jump: &&Jump| {
+fn residual(steps: &[&StepResponse], step_s: f64, shape: impl Fn(f64) -> f64) -> f64 {
+    let of_one = |step: &&StepResponse| {
         let (mut ff, mut fy, mut yy) = (0.0, 0.0, 0.0);
-        for &(t_s, y) in looked_at(jump) {
+        for &(t_s, y) in fitted_part(step) {
             let f = shape(t_s / step_s);
             (ff, fy, yy) = (ff + f * f, fy + f * y, yy + y * y);
         }
         if ff > 0.0 { yy - fy * fy / ff } else { yy }
     };
-    jumps.iter().map(of_jump).sum()
+    steps.iter().map(of_one).sum()
 }

@@ -26,16 +26,16 @@ pub(super) struct Response {
     /// Speed of the fastest bin in counts/s, absolute.
     pub top_counts_s: f64,
     /// Time constant.
-    pub follows: Follows,
+    pub time_constant: TimeConstant,
 }
 
 /// Time constant of the response to the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Follows {
+pub(super) enum TimeConstant {
     /// Its value in s.
-    In(f64),
+    Estimated(f64),
     /// An upper bound in s.
-    Within(f64),
+    AtMost(f64),
     /// Not determined by the recording.
     Unknown,
 }
@@ -99,14 +99,14 @@ pub(super) fn response(run: &Run) -> Option<Response> {
     let bins = bins(run)?;
     Some(Response {
         top_counts_s: bins.top_counts_s,
-        follows: follows(&bins),
+        time_constant: time_constant(&bins),
     })
 }
 
-fn follows(cut: &Bins) -> Follows {
+fn time_constant(cut: &Bins) -> TimeConstant {
     let (bins, bin_s) = (cut.speed.len(), cut.bin_s);
     if bins < LEAST_BINS {
-        return Follows::Unknown;
+        return TimeConstant::Unknown;
     }
     let (speed, command) = (&cut.speed, &cut.command);
     // Scaled, so that the normal equations are well conditioned in any units.
@@ -128,7 +128,7 @@ fn follows(cut: &Bins) -> Follows {
         right += row * speed;
     }
     let Some(fit) = solved(normal, right) else {
-        return Follows::Unknown;
+        return TimeConstant::Unknown;
     };
     let mean = by_speed * speed[1..].iter().sum::<f64>() / (bins - 1) as f64;
     let (mut residual, mut variance) = (0.0, 0.0);
@@ -154,12 +154,12 @@ fn follows(cut: &Bins) -> Follows {
             0.0
         };
     if residual > (1.0 - EXPLAINED) * variance || residual > (1.0 - BY_COMMAND) * left_alone {
-        return Follows::Unknown;
+        return TimeConstant::Unknown;
     }
     match fit[0] {
-        kept if kept >= 1.0 => Follows::Unknown,
-        kept if kept > LEAST_KEPT => Follows::In(-bin_s / kept.ln()),
-        _ => Follows::Within(-bin_s / LEAST_KEPT.ln()),
+        kept if kept >= 1.0 => TimeConstant::Unknown,
+        kept if kept > LEAST_KEPT => TimeConstant::Estimated(-bin_s / kept.ln()),
+        _ => TimeConstant::AtMost(-bin_s / LEAST_KEPT.ln()),
     }
 }
 
@@ -231,7 +231,7 @@ mod tests {
             for steps in [3.0, 10.0, 40.0] {
                 let run = run(step_s, steps * step_s, 6.0 / step_s);
                 let found = response(&run).expect("it moves");
-                let Follows::In(time_constant_s) = found.follows else {
+                let TimeConstant::Estimated(time_constant_s) = found.time_constant else {
                     panic!("{found:?}");
                 };
                 let ratio = time_constant_s / (steps * step_s);
@@ -245,16 +245,19 @@ mod tests {
     #[test]
     fn a_response_within_one_sample_is_faster_than_the_sample_time() {
         let run = run(1.0, 0.03, 300.0);
-        let found = response(&run).expect("it moves").follows;
-        assert!(matches!(found, Follows::Within(s) if s < 1.0), "{found:?}");
+        let found = response(&run).expect("it moves").time_constant;
+        assert!(
+            matches!(found, TimeConstant::AtMost(s) if s < 1.0),
+            "{found:?}"
+        );
     }
 
     #[test]
     fn a_constant_command_gives_no_time_constant() {
         let mut run = run(0.01, 0.1, 500.0);
         run.command.fill(1.0);
-        let found = response(&run).expect("it moves").follows;
-        assert_eq!(found, Follows::Unknown);
+        let found = response(&run).expect("it moves").time_constant;
+        assert_eq!(found, TimeConstant::Unknown);
         run.counts.fill(3);
         assert_eq!(response(&run), None);
     }

@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::finding::{Finding, Kind, Severity};
-use super::response::{Follows, Response, response};
+use super::response::{Response, TimeConstant, response};
 use super::sample_time::stated_s;
 use super::subject::Subject;
 use super::words::{digits, time};
@@ -95,7 +95,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     if let Some(response) = response {
         let speed_rad_s = response.top_counts_s * TAU / run.counts_per_rev;
         evidence.push(("top_speed_rad_s", speed_rad_s));
-        if let Follows::In(time_constant_s) = response.follows {
+        if let TimeConstant::Estimated(time_constant_s) = response.time_constant {
             evidence.push(("time_constant_s", time_constant_s));
             words.push(format!(
                 "the shaft takes {} to follow a command",
@@ -182,12 +182,14 @@ fn score(subject: &Subject<'_>, step_s: f64, response: Option<&Response>, factor
     let speed_rad_s = response.top_counts_s * TAU / run.counts_per_rev;
     score += speeds.score(speed_rad_s * factor);
     score
-        + match response.follows {
-            Follows::In(time_constant_s) => time_constants.score(time_constant_s / factor),
-            Follows::Within(time_constant_s) => {
+        + match response.time_constant {
+            TimeConstant::Estimated(time_constant_s) => {
+                time_constants.score(time_constant_s / factor)
+            }
+            TimeConstant::AtMost(time_constant_s) => {
                 time_constants.score_below(time_constant_s / factor)
             }
-            Follows::Unknown => 0.0,
+            TimeConstant::Unknown => 0.0,
         }
 }
 

@@ -14,7 +14,7 @@ use super::import_words::{print_rows, print_understood};
 use super::progress::FileProgress;
 use super::{Failure, Output};
 use crate::hint::{In, parted};
-use crate::import::{Form, Kind, Said, Source, Unclear, import, understand};
+use crate::import::{Form, GivenFlags, Kind, Source, Unclear, import, understand};
 use crate::plain::{quoted, shown};
 use crate::recording::{ReadError, ReadNote, ReadProblem, Run, read_run, read_run_from};
 
@@ -61,7 +61,7 @@ pub(super) fn read_runs(path: &Path, flags: &Flags, output: &Output) -> Result<R
 
 /// Refuses flags for foreign logs if all files are runs; those of the configuration file are kept for the next log.
 pub(super) fn refuse_unused(flags: &Flags, runs: &[Run], output: &Output) -> Result<(), Failure> {
-    let given = flags.said().flags();
+    let given = flags.given().flags();
     let explicit = |(flag, _): &&(&str, String)| {
         let name = flag.split('=').next().unwrap_or(flag);
         !output
@@ -94,7 +94,7 @@ fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Fai
     let name = name_of(path);
     let mut source = Source::new(Box::new(FileProgress::new(open(path)?, &name)), &name)
         .map_err(|error| no_run(path, error.to_string()))?;
-    let reading = source.understand(&name, &flags.said(), &command_line());
+    let reading = source.understand(&name, &flags.given(), &command_line());
     let reading = reading.map_err(|error| Failure::input(In::new(&*name, error)))?;
     let ready = match reading.map {
         Ok(ready) => ready,
@@ -223,7 +223,7 @@ fn import_line(path: &Path, problem: &ReadProblem) -> Found {
     }
     let is_whole = (head.len() as u64) < EXAMINED_BYTES;
     let name = name_of(path);
-    match understand(&head, is_whole, &name, &Said::default(), &command).map {
+    match understand(&head, is_whole, &name, &GivenFlags::default(), &command).map {
         Ok(_) => Found::Log(command, ""),
         Err(Unclear::Missing { line, .. }) => Found::Log(line, " (in capitals: to be filled in)"),
         Err(unclear) => Found::NoLog(unclear.to_string()),

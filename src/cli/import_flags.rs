@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::numbers::{counts_per_rev, number_in};
-use crate::import::{Integration, Said};
+use crate::import::{GivenFlags, Integration};
 use crate::motor::plausible;
 
 /// Facts that the log lacks.
@@ -70,8 +70,8 @@ pub(super) struct Flags {
 }
 
 impl Flags {
-    pub fn said(&self) -> Said {
-        Said {
+    pub fn given(&self) -> GivenFlags {
+        GivenFlags {
             time: self.time.clone(),
             command: self.command.clone(),
             command_limit: self.command_limit,
@@ -94,7 +94,7 @@ impl Flags {
     }
 
     pub fn is_given(&self) -> bool {
-        self.said() != Said::default()
+        self.given() != GivenFlags::default()
     }
 }
 

@@ -7,7 +7,7 @@
 //!   origin, and a log begins somewhere within its first reading: where the second one comes early, all intervals are that much earlier.
 
 use super::cells::whole;
-use super::straight::Unwrapped;
+use super::unwrap::Unwrapped;
 
 /// Every whole number up to here is a float, 2^53. The 100 ns since the year 1 are beyond: floats of them are 13 us apart.
 const MOST_EXACT: u64 = 1 << 53;
@@ -62,7 +62,7 @@ impl FirstReading {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct RowClock {
     first: FirstReading,
-    straight: Unwrapped,
+    unwrapped: Unwrapped,
     before: Option<Before>,
     /// By how much the first row of a coarse clock lies after its reading, in s; from the second reading on.
     late_s: Option<f64>,
@@ -85,10 +85,10 @@ impl RowClock {
         (first.since(cell, number), Self { first, ..self })
     }
 
-    /// The counter of the clock made straight, where it starts again after `wrap`; and the state after it.
-    pub fn straight(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
-        let (number, straight) = self.straight.next(number, wrap);
-        (number, Self { straight, ..self })
+    /// The counter of the clock unwrapped at `wrap`; and the state after it.
+    pub fn unwrapped(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
+        let (number, unwrapped) = self.unwrapped.next(number, wrap);
+        (number, Self { unwrapped, ..self })
     }
 
     /// Time in s of the row `seq`, whose clock reads `reading_s`; and the state after it.

@@ -18,7 +18,7 @@ use super::map::{
 };
 use super::range::{ANY_TIME, nanoseconds, within};
 use super::stamp::{DAY_S, stamp};
-use super::straight::{Unwrapped, profile};
+use super::unwrap::{Unwrapped, profile};
 use crate::motor::plausible;
 
 /// One row in SI.
@@ -248,8 +248,8 @@ impl<'a> Converter<'a> {
         };
         if let Some(stamp) = stamp(cells.get(place.at)) {
             let wrap = stamp.is_of_day.then_some(DAY_S);
-            let (straight, state) = self.time.straight(stamp.s, wrap);
-            let reading_s = straight + self.fraction_s(cells, fraction)?;
+            let (unwrapped, state) = self.time.unwrapped(stamp.s, wrap);
+            let reading_s = unwrapped + self.fraction_s(cells, fraction)?;
             let reading_s = within("time", reading_s, plausible::TIME_S)?;
             return Ok(state.time_s(reading_s, seq, *counts));
         }
@@ -258,8 +258,8 @@ impl<'a> Converter<'a> {
             Counts::SinceRowBefore => (number, self.time),
             _ => self.time.since_first(cells.get(place.at), number),
         };
-        let (straight, state) = state.straight(number, field.wrap);
-        let reading_s = field.value(straight) + self.fraction_s(cells, fraction)?;
+        let (unwrapped, state) = state.unwrapped(number, field.wrap);
+        let reading_s = field.value(unwrapped) + self.fraction_s(cells, fraction)?;
         let reading_s = within("time", reading_s, ANY_TIME)?;
         if *counts == Counts::SinceRowBefore {
             within("time since the row before", reading_s, plausible::GAP_S)?;
@@ -367,8 +367,8 @@ impl<'a> Converter<'a> {
                     within("position", whole as f64, plausible::COUNTS)?;
                     return Ok((whole, state, before));
                 }
-                let (straight, after) = self.position.next(raw, field.wrap);
-                before.unsigned = field.value(straight);
+                let (unwrapped, after) = self.position.next(raw, field.wrap);
+                before.unsigned = field.value(unwrapped);
                 before.position = match self.before {
                     Some(last) if self.map.unsigned => {
                         last.position + directed(before.unsigned - last.unsigned)

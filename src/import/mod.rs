@@ -29,11 +29,11 @@ mod rejected;
 mod segment;
 mod source;
 mod stamp;
-mod straight;
 mod table;
 mod thin;
 mod unit;
 mod unmapped;
+mod unwrap;
 
 pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
@@ -44,6 +44,6 @@ pub use map::{Integration, Map};
 pub use source::{Source, SourceError};
 pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{
-    HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, is_spelling_of, map_over,
+    GivenFlags, HEAD_BYTES, Missing, Reading, Ready, Unclear, Understood, is_spelling_of, map_over,
     understand, understand_table,
 };

@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor, Read};
 
-use super::unmapped::{HEAD_BYTES, Reading, Ready, Said, understand, understand_table};
+use super::unmapped::{GivenFlags, HEAD_BYTES, Reading, Ready, understand, understand_table};
 use super::{Form, FormatError, MOST_FILE_BYTES, RECOGNITION_BYTES, Table};
 
 /// Why a log cannot be read.
@@ -68,13 +68,18 @@ impl<'a> Source<'a> {
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn understand(&mut self, name: &str, said: &Said, command: &str) -> io::Result<Reading> {
+    pub fn understand(
+        &mut self,
+        name: &str,
+        given: &GivenFlags,
+        command: &str,
+    ) -> io::Result<Reading> {
         match self {
-            Self::Table(table) => Ok(understand_table(table, name, said, command)),
+            Self::Table(table) => Ok(understand_table(table, name, given, command)),
             Self::Text(text) => {
                 let head = beginning(text, HEAD_BYTES)?;
                 let is_whole = (head.len() as u64) < HEAD_BYTES;
-                let found = understand(&head, is_whole, name, said, command);
+                let found = understand(&head, is_whole, name, given, command);
                 let rest = std::mem::replace(text, Box::new(io::empty()));
                 *text = Box::new(Cursor::new(head).chain(rest));
                 Ok(found)

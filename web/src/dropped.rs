@@ -5,7 +5,7 @@ use std::path::Path;
 use motorlab::check::{Finding, check};
 use motorlab::hint::Hinted;
 use motorlab::import::{
-    Imported, Kind, Map, Missing, Ready, Said, Source, Unclear, Understood, import, map_over,
+    Imported, Kind, Map, Missing, Ready, GivenFlags, Source, Unclear, Understood, import, map_over,
 };
 use motorlab::platform::memory;
 use motorlab::recording::{Run, read_run_from};
@@ -45,7 +45,7 @@ struct Form {
 }
 
 impl Form {
-    fn said(&self) -> Result<Said, JsError> {
+    fn given(&self) -> Result<GivenFlags, JsError> {
         let text = |text: &str| (!text.trim().is_empty()).then(|| text.trim().to_owned());
         let number = |name: &str, text: &str| match text.trim() {
             "" => Ok(None),
@@ -57,7 +57,7 @@ impl Form {
                 ))),
             },
         };
-        Ok(Said {
+        Ok(GivenFlags {
             time: text(&self.time),
             command: text(&self.command),
             direction: text(&self.direction),
@@ -76,7 +76,7 @@ impl Form {
             reverse: self.reverse,
             increments: self.increments,
             unsigned: self.unsigned.then_some(true),
-            ..Said::default()
+            ..GivenFlags::default()
         })
     }
 }
@@ -181,13 +181,13 @@ pub fn look(name: &str, bytes: &[u8], form: &str, mapping: &str) -> Answer {
 fn log(name: &str, bytes: &[u8], form: &str, mapping: &str) -> Answer {
     let failed_here = failed_in(name);
     let form: Form = serde_json::from_str(form).map_err(failed)?;
-    let said = form.said()?;
+    let given = form.given()?;
     let mut source = Source::new(Box::new(bytes), name).map_err(|error| failed_here(&error))?;
     let mut understood = Vec::new();
     let mut notes = Vec::new();
     let ready: Ready = if mapping.is_empty() {
         let command = format!("motorlab import {}", motorlab::plain::quoted(name));
-        let reading = source.understand(name, &said, &command);
+        let reading = source.understand(name, &given, &command);
         let reading = reading.map_err(|error| failed_here(&error))?;
         understood = reading.understood;
         notes = reading.notes;
@@ -202,14 +202,14 @@ fn log(name: &str, bytes: &[u8], form: &str, mapping: &str) -> Answer {
             }
             Err(unclear) => return Err(failed_here(&unclear)),
         }
-    } else if said == Said::default() {
+    } else if given == GivenFlags::default() {
         let map = Map::from_toml(mapping).map_err(failed)?;
         source.fitted(Ready {
             map,
             toml: mapping.to_owned(),
         })
     } else {
-        source.fitted(map_over(mapping, &said).map_err(failed)?)
+        source.fitted(map_over(mapping, &given).map_err(failed)?)
     };
     let target = run_name(name);
     let imported = import(source.read(), name, &ready.map, Path::new(&target)).map_err(failed)?;

@@ -199,17 +199,19 @@ mod tests {
         let count = sizes.iter().product();
         let numbers: Vec<f64> = (0..count).map(|k: usize| k as f64).collect();
         series.push("y", None, sizes, &numbers, is_time_first)?;
-        let said = series.columns.iter();
-        Ok(said.map(|(name, _, x)| format!("{name} {x:?}")).collect())
+        let columns = series.columns.iter();
+        Ok(columns
+            .map(|(name, _, x)| format!("{name} {x:?}"))
+            .collect())
     }
 
     #[test]
     fn samples_lie_along_the_first_size_or_the_last() {
-        let said = columns(&[3, 2], 3, true).expect("columns");
-        assert_eq!(said, ["y(:,1) [0.0, 1.0, 2.0]", "y(:,2) [3.0, 4.0, 5.0]"]);
-        let said = columns(&[2, 1, 3], 3, false).expect("columns");
+        let found = columns(&[3, 2], 3, true).expect("columns");
+        assert_eq!(found, ["y(:,1) [0.0, 1.0, 2.0]", "y(:,2) [3.0, 4.0, 5.0]"]);
+        let found = columns(&[2, 1, 3], 3, false).expect("columns");
         assert_eq!(
-            said,
+            found,
             ["y(1,1,:) [0.0, 2.0, 4.0]", "y(2,1,:) [1.0, 3.0, 5.0]"]
         );
         assert_eq!(

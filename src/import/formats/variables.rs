@@ -134,12 +134,12 @@ impl Variables {
     /// Text about unsupported objects with the remedy; empty without any.
     fn not_read_words(&self) -> String {
         let (listed, count) = &self.not_read;
-        let mut said = all_of(listed, *count);
+        let mut text = all_of(listed, *count);
         if self.has_objects {
-            said.push_str("; ");
-            said.push_str(REMEDY);
+            text.push_str("; ");
+            text.push_str(REMEDY);
         }
-        said
+        text
     }
 
     /// The series by their time; without any, the vectors of the most frequent length.

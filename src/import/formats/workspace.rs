@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn a_series_whose_time_does_not_fit_is_named_with_what_to_do() {
-        let said = |times: &[f64]| {
+        let read = |times: &[f64]| {
             let info = vec![("Time_", numbers(times))];
             let series = vec![
                 ("Data_", numbers(&[1.0, 2.0, 3.0])),
@@ -318,14 +318,14 @@ mod tests {
                 ("tsdata", "timemetadata", info),
             ])
         };
-        let error = said(&[0.0, 1.0]).expect_err("no table").to_string();
+        let error = read(&[0.0, 1.0]).expect_err("no table").to_string();
         for wanted in [
             "x (an object of class timeseries, whose data are 3 by 1 and times 2)",
             "save log.mat",
         ] {
             assert!(error.contains(wanted), "{error}");
         }
-        let table = said(&[0.0, 1.0, 2.0]).expect("a table");
+        let table = read(&[0.0, 1.0, 2.0]).expect("a table");
         assert_eq!(table.columns.len(), 2);
         assert_eq!(table.columns[1].name, "x");
     }

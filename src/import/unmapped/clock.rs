@@ -8,8 +8,8 @@ use super::clock_units::{
 };
 use super::column::Column;
 use super::decide::{Decision, short};
+use super::given::number_and_rest;
 use super::readings::Readings;
-use super::said::number_and_rest;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
@@ -38,8 +38,8 @@ pub(super) type Question = (String, String);
 impl Decision<'_> {
     /// Where the times are; the time from row to row in s where it is known.
     pub(super) fn time(&mut self) -> Result<Option<f64>, Unclear> {
-        self.map.rows.runs = self.said.runs;
-        if let Some(text) = &self.said.time
+        self.map.rows.runs = self.given.runs;
+        if let Some(text) = &self.given.time
             && self.find(text).is_none()
             && let Some((number, unit)) = number_and_rest(text)
             && let Some(unit) = unit_of(Role::Time, unit)
@@ -53,9 +53,9 @@ impl Decision<'_> {
             self.understand("time", None, None, words);
             return Ok(Some(sample_time_s));
         }
-        let found = match &self.said.time {
+        let found = match &self.given.time {
             Some(text) => {
-                let (at, unit) = self.said_column("--time", Role::Time, text)?;
+                let (at, unit) = self.given_column("--time", Role::Time, text)?;
                 self.clock_at(at, unit, true)
             }
             None => self.clock().and_then(|at| {
@@ -134,9 +134,9 @@ impl Decision<'_> {
             .map(|(at, unit)| (self.column(at), in_seconds(unit)));
         let mut state = RowClock::default();
         let mut time = |(row, reading): (usize, &f64)| {
-            let (straight, after) = state.straight(*reading, clock.wrap);
+            let (unwrapped, after) = state.unwrapped(*reading, clock.wrap);
             let rest_s = rest.map_or(0.0, |(column, unit_s)| column.numbers[row] * unit_s);
-            let reading_s = straight * seconds + rest_s;
+            let reading_s = unwrapped * seconds + rest_s;
             if !reading_s.is_finite() {
                 return f64::NAN;
             }
@@ -152,7 +152,7 @@ impl Decision<'_> {
     fn clock_at(
         &self,
         at: usize,
-        said_unit: Option<&'static str>,
+        given_unit: Option<&'static str>,
         is_said: bool,
     ) -> Result<Clock, Question> {
         if let Some(pair) = self.pair(Some(at)) {
@@ -183,7 +183,7 @@ impl Decision<'_> {
         let is_interval = is_said || self.is_interval(at);
         let unit = match column.is_stamps() {
             true => Some("stamp"),
-            false => (said_unit.or(self.says[at].unit.filter(|unit| is_of_time(unit))))
+            false => (given_unit.or(self.name_facts[at].unit.filter(|unit| is_of_time(unit))))
                 .or_else(|| is_days(column, usual).then_some("d"))
                 .or_else(|| unit_since_epoch(column, usual)),
         };

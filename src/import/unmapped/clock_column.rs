@@ -17,21 +17,25 @@ const BARE_DELTA: [&str; 1] = ["delta"];
 impl Decision<'_> {
     /// Whether a column's name says that it is the time since the row before.
     pub(super) fn is_interval(&self, at: usize) -> bool {
-        let words: Vec<&str> = self.says[at].words.iter().map(String::as_str).collect();
-        self.says[at].role == Some(Role::Interval) || words == BARE_DELTA
+        let words: Vec<&str> = self.name_facts[at]
+            .words
+            .iter()
+            .map(String::as_str)
+            .collect();
+        self.name_facts[at].role == Some(Role::Interval) || words == BARE_DELTA
     }
 
     /// Whether a name says a time by more than the unit in its brackets, as `ESC signal (µs)` does not.
     fn is_time_by_name(&self, at: usize) -> bool {
-        let says = &self.says[at];
-        says.role == Some(Role::Time) && (says.is_named || says.words.len() == 1)
+        let facts = &self.name_facts[at];
+        facts.role == Some(Role::Time) && (facts.is_named || facts.words.len() == 1)
     }
 
     /// The clock: by name the one with the finest unit; else time stamps; else the only column that rises as a clock does, and does
     /// not count the rows; else the time since the row before.
     pub(super) fn clock(&self) -> Result<usize, Question> {
         let all = || 0..self.survey.columns.len();
-        let fineness = |at: usize| match self.says[at].unit {
+        let fineness = |at: usize| match self.name_facts[at].unit {
             Some("ns") => 4,
             Some("us") => 3,
             Some("ms") => 2,
@@ -39,7 +43,7 @@ impl Decision<'_> {
             None => 0,
         };
         let is_time = |&at: &usize| {
-            let role = self.says[at].role;
+            let role = self.name_facts[at].role;
             matches!(role, Some(Role::Time | Role::Interval)) && self.column(at).is_numeric()
         };
         let goes_on = |at: usize| {
@@ -53,7 +57,8 @@ impl Decision<'_> {
         let named = all().filter(is_time).filter(|&at| goes_on(at));
         let rank = |&at: &usize| {
             let is_rising = Readings::of(&self.readings(at)) == Readings::Rising;
-            let is_host = (self.says[at].words.iter()).any(|word| HOSTS.contains(&word.as_str()));
+            let is_host =
+                (self.name_facts[at].words.iter()).any(|word| HOSTS.contains(&word.as_str()));
             (
                 !is_host,
                 self.is_time_by_name(at),
@@ -83,7 +88,7 @@ impl Decision<'_> {
         if let Some(at) = all().find(is_ticks) {
             return Ok(at);
         }
-        let is_free = |at: &usize| self.says[*at].role.is_none();
+        let is_free = |at: &usize| self.name_facts[*at].role.is_none();
         let (numbers, rising): (Vec<usize>, Vec<usize>) = all()
             .filter(|&at| self.column(at).is_clock())
             .filter(is_free)

@@ -44,7 +44,7 @@ impl Decision<'_> {
         let is_steady = |next: &&f64| (step / STEADY..=step * STEADY).contains(*next);
         let steady = steps.iter().filter(is_steady).count();
         let is_motion = |other: &usize| {
-            let role = self.says[*other].role;
+            let role = self.name_facts[*other].role;
             let roles = [Role::Position, Role::Increments, Role::Speed].map(Some);
             *other != at && roles.contains(&role) && self.column(*other).is_numeric()
         };
@@ -56,7 +56,7 @@ impl Decision<'_> {
     }
 
     fn has_word(&self, at: usize, list: &[&str]) -> bool {
-        let words = &self.says[at].words;
+        let words = &self.name_facts[at].words;
         words.iter().any(|word| list.contains(&word.as_str()))
     }
 
@@ -109,10 +109,10 @@ impl Decision<'_> {
             let column = self.column(other);
             let unit = match column.is_stamps() {
                 true => "s",
-                false => self.says[other].unit?,
+                false => self.name_facts[other].unit?,
             };
             let kind = Readings::of(&self.readings(other));
-            let is_time = column.is_stamps() || self.says[other].role == Some(Role::Time);
+            let is_time = column.is_stamps() || self.name_facts[other].role == Some(Role::Time);
             let both = clock.iter().zip(column.readings());
             let both: Vec<(f64, f64)> = (both.map(|(a, b)| (*a, *b)))
                 .filter(|(a, b)| a.is_finite() && b.is_finite())
@@ -123,9 +123,9 @@ impl Decision<'_> {
             is_told.then(|| (step_s, self.name(other)))
         };
         let by_interval = |other: usize| {
-            let unit = self.says[other].unit?;
+            let unit = self.name_facts[other].unit?;
             let readings = self.readings(other);
-            let is_told = self.says[other].role == Some(Role::Interval)
+            let is_told = self.name_facts[other].role == Some(Role::Interval)
                 && Readings::of(&readings) == Readings::NearOne;
             is_told.then(|| {
                 let step_s = super::clock::median(readings) * in_seconds(unit);

@@ -2,11 +2,11 @@
 
 use super::super::cells::value_after;
 use super::super::map_command::CommandSection;
-use super::super::straight::profile;
+use super::super::unwrap::profile;
 use super::decide::{Decision, short};
 use super::file_name::commands_of;
+use super::given::{Steps, expected};
 use super::pulses::pulse;
-use super::said::{Steps, expected};
 use super::sum::Sum;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
@@ -43,8 +43,8 @@ struct Found {
 
 impl Decision<'_> {
     pub(super) fn command(&mut self, motion: Option<usize>) -> Result<(), Unclear> {
-        let is_sum = (self.said.command.as_ref()).is_some_and(|text| text.contains('*'));
-        if self.said.command_limit.is_some() && !is_sum {
+        let is_sum = (self.given.command.as_ref()).is_some_and(|text| text.contains('*'));
+        if self.given.command_limit.is_some() && !is_sum {
             return Err(Unclear::Conflict(LIMIT_OF_A_SUM));
         }
         let questions = self.missing.len();
@@ -90,7 +90,7 @@ impl Decision<'_> {
             if let Some(supply) = self.supply()? {
                 words.push_str(&format!("; a share of {supply}"));
             }
-        } else if self.said.supply.is_some() {
+        } else if self.given.supply.is_some() {
             self.supply()?;
         }
         let place = self.understood.len();
@@ -113,8 +113,8 @@ impl Decision<'_> {
         if let (Some(command), Some(motion), Some(full)) = (column, motion, full)
             && section.direction.is_none()
             && section.scale.is_none()
-            && self.said.direction.is_none()
-            && self.said.unsigned.is_none()
+            && self.given.direction.is_none()
+            && self.given.unsigned.is_none()
             && let Some(found) = self.centre(command, motion, full)
         {
             let (scale, offset, how) = Self::about_centre(found);
@@ -137,7 +137,7 @@ impl Decision<'_> {
         });
         if let (Some(command), Some(motion)) = (column, motion) {
             self.sign(command, motion);
-        } else if self.said.unsigned == Some(true) {
+        } else if self.given.unsigned == Some(true) {
             self.map.rows.unsigned = Some(true);
         }
         Ok(())
@@ -145,8 +145,8 @@ impl Decision<'_> {
 
     /// The given command, else the only column with such a name, else that of comment lines.
     fn find_command(&mut self, motion: Option<usize>) -> Result<Option<Found>, Unclear> {
-        let said = self.said;
-        if let Some(text) = &said.command {
+        let given = self.given;
+        if let Some(text) = &given.command {
             if text == "none" {
                 let section = CommandSection {
                     recorded: Some(false),
@@ -177,7 +177,7 @@ impl Decision<'_> {
                     points: Some(steps.points),
                     ..CommandSection::default()
                 };
-                let words = format!("{text}, as said");
+                let words = format!("{text}, as given");
                 return Ok(Some(Found {
                     section,
                     unit: steps.unit,
@@ -191,7 +191,7 @@ impl Decision<'_> {
             if let Some(sum) = Sum::parse(text, |name| self.find(name).is_some())? {
                 return self.sum(&sum).map(Some);
             }
-            let (at, unit) = self.said_column("--command", Role::Command, text)?;
+            let (at, unit) = self.given_column("--command", Role::Command, text)?;
             return Ok(self.command_column(at, unit));
         }
         let mut candidates = self.beside_used(self.candidates(Role::Command));
@@ -266,10 +266,10 @@ impl Decision<'_> {
 
     /// The given sum of columns.
     fn sum(&mut self, sum: &Sum) -> Result<Found, Unclear> {
-        let limit = self.said.command_limit;
+        let limit = self.given.command_limit;
         let mut total = vec![0.0; self.survey.rows];
         for (factor, name) in &sum.terms {
-            let (at, _) = self.said_column("--command", Role::Reference, name)?;
+            let (at, _) = self.given_column("--command", Role::Reference, name)?;
             for (sum, number) in total.iter_mut().zip(&self.column(at).numbers) {
                 *sum += factor * number;
             }
@@ -303,21 +303,21 @@ impl Decision<'_> {
         })
     }
 
-    fn command_column(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<Found> {
-        if said_unit.is_none() && self.is_pulses(at) {
+    fn command_column(&mut self, at: usize, given_unit: Option<&'static str>) -> Option<Found> {
+        if given_unit.is_none() && self.is_pulses(at) {
             let unit = self.ask_pulses(at);
             return self.tentatively(|decision| decision.command_column(at, Some(unit)));
         }
         let column = self.column(at);
         let (name, most) = (self.name(at), column.most());
-        let says = &self.says[at];
-        let is_word = |list: &[&str]| says.words.iter().any(|word| list.contains(&word.as_str()));
+        let facts = &self.name_facts[at];
+        let is_word = |list: &[&str]| facts.words.iter().any(|word| list.contains(&word.as_str()));
         let is_share = most <= 1.0 && !column.is_whole();
         let by_numbers = || {
             let is_drive = is_word(&["pwm", "duty", "dutycycle"]);
             if is_drive && is_share {
                 Some("share")
-            } else if says.full.is_some() || (is_drive && column.is_whole() && most > PERCENT) {
+            } else if facts.full.is_some() || (is_drive && column.is_whole() && most > PERCENT) {
                 Some("pwm")
             } else if is_word(VOLTAGES) && most <= MOST_VOLTS {
                 Some("V")
@@ -327,16 +327,16 @@ impl Decision<'_> {
                 None
             }
         };
-        let named = says.unit.map(|unit| {
+        let named = facts.unit.map(|unit| {
             if unit == "pwm" && is_share {
                 "share"
             } else {
                 unit
             }
         });
-        let full = says.full.or(self.said.pwm_full);
-        let by_full = self.said.pwm_full.map(|_| "pwm");
-        let Some(unit) = said_unit.or(named).or_else(by_numbers).or(by_full) else {
+        let full = facts.full.or(self.given.pwm_full);
+        let by_full = self.given.pwm_full.map(|_| "pwm");
+        let Some(unit) = given_unit.or(named).or_else(by_numbers).or(by_full) else {
             let flag = self.flag_name(at);
             let proposed = match (is_word(&["duty", "dutycycle"]), most > MOST_VOLTS) {
                 (true, false) => "percent",
@@ -375,7 +375,7 @@ impl Decision<'_> {
     /// `# Step 2/5 | PWM = 120`.
     fn commented(&self) -> Option<Found> {
         let comments = &self.survey.comments;
-        let (word, most, said) = WORDS.into_iter().find_map(|word| {
+        let (word, most, unit) = WORDS.into_iter().find_map(|word| {
             let values = || (comments.iter()).filter_map(|comment| value_after(comment, word));
             let most = values().map(|(number, _)| number.abs()).reduce(f64::max)?;
             let (_, first) = values().next()?;
@@ -383,7 +383,7 @@ impl Decision<'_> {
             let unit = unit_of(Role::Command, &first).filter(|_| is_same);
             Some((word, most, unit))
         })?;
-        let unit = match (word, said) {
+        let unit = match (word, unit) {
             ("pwm", Some("percent")) => "percent",
             ("pwm", _) => "pwm",
             (_, Some(unit)) => unit,

@@ -7,8 +7,8 @@ use super::super::map::ColumnRef;
 use super::super::map_file::{Empty, FieldSection, MapFile};
 use super::column::Column;
 use super::direction::DIRECTIONS;
-use super::names::{NameSays, name_outputs, says};
-use super::said::{ColumnSaid, Said, expected};
+use super::given::{GivenColumn, GivenFlags, expected};
+use super::names::{NameFacts, name_facts, name_outputs};
 use super::survey::Survey;
 use super::turns::is_sensor;
 use super::unclear::{Missing, Unclear};
@@ -33,10 +33,10 @@ pub struct Understood {
 /// State of the decisions.
 pub(super) struct Decision<'a> {
     pub survey: &'a Survey,
-    pub said: &'a Said,
+    pub given: &'a GivenFlags,
     /// Name of the log, without its folder.
     pub file_name: &'a str,
-    pub says: Vec<NameSays>,
+    pub name_facts: Vec<NameFacts>,
     pub map: MapFile,
     pub understood: Vec<Understood>,
     pub notes: Vec<String>,
@@ -56,27 +56,27 @@ pub(super) struct Decision<'a> {
 }
 
 impl<'a> Decision<'a> {
-    pub fn new(survey: &'a Survey, said: &'a Said, file_name: &'a str) -> Self {
-        let mut says: Vec<NameSays> = (survey.columns.iter())
+    pub fn new(survey: &'a Survey, given: &'a GivenFlags, file_name: &'a str) -> Self {
+        let mut name_facts: Vec<NameFacts> = (survey.columns.iter())
             .map(|column| {
                 let name = column.name.as_deref().unwrap_or_default();
-                says(name, column.unit_line.as_deref())
+                name_facts(name, column.unit_line.as_deref())
             })
             .collect();
         // The voltage of a sensor is no command.
-        for says in says.iter_mut().filter(|says| is_sensor(says)) {
-            says.role = says.role.filter(|role| *role != Role::Command);
+        for facts in name_facts.iter_mut().filter(|facts| is_sensor(facts)) {
+            facts.role = facts.role.filter(|role| *role != Role::Command);
         }
-        name_outputs(&mut says, |at| survey.columns[at].is_numeric());
+        name_outputs(&mut name_facts, |at| survey.columns[at].is_numeric());
         let mut map = MapFile {
             file: survey.file.clone(),
             ..MapFile::default()
         };
-        map.rows.every = said.every;
-        map.m_per_rev = said.m_per_rev;
-        let notes = (says.iter().zip(&survey.columns))
-            .filter_map(|(says, column)| {
-                let (times, name) = (says.times?, column.name.as_ref()?);
+        map.rows.every = given.every;
+        map.m_per_rev = given.m_per_rev;
+        let notes = (name_facts.iter().zip(&survey.columns))
+            .filter_map(|(facts, column)| {
+                let (times, name) = (facts.times?, column.name.as_ref()?);
                 Some(format!(
                     "`{name}`: by its name its numbers are {} times the quantity, and a unit takes them as they are; \
                      hint: --save-map map.toml, there `scale = {}`, then --map map.toml",
@@ -87,14 +87,14 @@ impl<'a> Decision<'a> {
             .collect();
         Self {
             survey,
-            said,
+            given,
             file_name,
-            says,
+            name_facts,
             map,
             understood: Vec::new(),
             notes,
             missing: Vec::new(),
-            line: said.flags(),
+            line: given.flags(),
             used: Vec::new(),
             reverse: None,
             commands: None,
@@ -113,7 +113,7 @@ impl<'a> Decision<'a> {
         }
         self.current()?;
         self.rows();
-        if self.said.reverse {
+        if self.given.reverse {
             self.map.reverse();
         }
         Ok(())
@@ -172,13 +172,13 @@ impl<'a> Decision<'a> {
     }
 
     /// The column of a flag, and its unit.
-    pub fn said_column(
+    pub fn given_column(
         &self,
         flag: &'static str,
         role: Role,
         text: &str,
     ) -> Result<(usize, Option<&'static str>), Unclear> {
-        let found = ColumnSaid::parse(flag, role, text, |whole| self.find(whole).is_some())?;
+        let found = GivenColumn::parse(flag, role, text, |whole| self.find(whole).is_some())?;
         let at = self.find(&found.column).ok_or_else(|| Unclear::NoColumn {
             flag,
             column: found.column.clone(),
@@ -213,7 +213,7 @@ impl<'a> Decision<'a> {
     /// Numeric columns with names of this quantity.
     pub fn candidates(&self, role: Role) -> Vec<usize> {
         (0..self.survey.columns.len())
-            .filter(|&at| self.says[at].role == Some(role) && self.column(at).is_numeric())
+            .filter(|&at| self.name_facts[at].role == Some(role) && self.column(at).is_numeric())
             .filter(|at| !self.used.contains(at))
             .collect()
     }
@@ -226,14 +226,14 @@ impl<'a> Decision<'a> {
         let is_common = |word: &String| {
             candidates
                 .iter()
-                .all(|&at| self.says[at].words.contains(word))
+                .all(|&at| self.name_facts[at].words.contains(word))
         };
         let belongs = |&at: &usize| {
-            self.says[at].words.iter().any(|word| {
+            self.name_facts[at].words.iter().any(|word| {
                 let is_used = self
                     .used
                     .iter()
-                    .any(|&used| self.says[used].words.contains(word));
+                    .any(|&used| self.name_facts[used].words.contains(word));
                 is_used && !is_common(word)
             })
         };
@@ -267,8 +267,8 @@ impl<'a> Decision<'a> {
             flag: format!("{flag} {value}").trim().to_owned(),
             why,
         });
-        match self.line.iter_mut().find(|(said, _)| *said == flag) {
-            Some(said) => said.1 = value,
+        match self.line.iter_mut().find(|(name, _)| *name == flag) {
+            Some(asked) => asked.1 = value,
             None => self.line.push((flag, value)),
         }
     }
@@ -284,20 +284,20 @@ impl<'a> Decision<'a> {
     }
 
     fn current(&mut self) -> Result<(), Unclear> {
-        let found = match &self.said.current {
-            Some(text) => Some(self.said_column("--current", Role::Current, text)?),
+        let found = match &self.given.current {
+            Some(text) => Some(self.given_column("--current", Role::Current, text)?),
             None => match self.beside_used(self.candidates(Role::Current)).as_slice() {
                 [one] => Some((*one, None)),
                 _ => None,
             },
         };
-        let Some((at, said_unit)) = found else {
+        let Some((at, given_unit)) = found else {
             return Ok(());
         };
         let name = self.name(at);
-        let Some(unit) = said_unit.or(self.says[at].unit) else {
+        let Some(unit) = given_unit.or(self.name_facts[at].unit) else {
             let flag = self.flag_name(at);
-            if self.said.current.is_some() {
+            if self.given.current.is_some() {
                 let why = format!("{name} names no unit; {}", expected(Role::Current));
                 self.ask("--current", format!("{flag}:A"), why);
             } else {
@@ -336,7 +336,7 @@ impl<'a> Decision<'a> {
             let words = format!("a run for every `{split_by}`");
             self.understand("rows", None, None, words);
         }
-        if let Some(every) = self.said.every.filter(|every| *every > 1) {
+        if let Some(every) = self.given.every.filter(|every| *every > 1) {
             let words = format!("one of {every}, with the mean of the command until the next");
             self.understand("rows", None, None, words);
         }
@@ -345,7 +345,7 @@ impl<'a> Decision<'a> {
             .map(|at| self.name(at))
             .collect();
         let is_direction = |at: &usize| {
-            let words = &self.says[*at].words;
+            let words = &self.name_facts[*at].words;
             words.iter().any(|word| DIRECTIONS.contains(&word.as_str()))
         };
         let has_sign =

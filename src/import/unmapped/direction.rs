@@ -3,8 +3,8 @@
 use super::super::map::Backwards;
 use super::column::Column;
 use super::decide::{Decision, short};
+use super::given::number_and_rest;
 use super::marks::Marks;
-use super::said::number_and_rest;
 use super::unclear::Unclear;
 
 /// Words of a column of directions.
@@ -19,7 +19,7 @@ impl Decision<'_> {
         command: usize,
         motion: Option<usize>,
     ) -> Result<Option<(usize, Option<usize>, Backwards)>, Unclear> {
-        let (at, said) = match &self.said.direction {
+        let (at, given) = match &self.given.direction {
             Some(text) if text == "none" => return Ok(None),
             Some(text) => self.stated_direction(text)?,
             None if self.column(command).lowest() < 0.0 => return Ok(None),
@@ -30,10 +30,10 @@ impl Decision<'_> {
         };
         let marks = Marks::of(self.column(at));
         let name = self.name(at);
-        if let Some(said) = said {
-            let words = format!("{name}: {} is backwards, as said", shown(&said));
+        if let Some(given) = given {
+            let words = format!("{name}: {} is backwards, as given", shown(&given));
             self.understand("direction", Some(at), None, words);
-            return Ok(Some((at, marks.find(&said), said)));
+            return Ok(Some((at, marks.find(&given), given)));
         }
         let count = marks.levels.len();
         if !(2..=MOST_LEVELS).contains(&count) {
@@ -85,7 +85,7 @@ impl Decision<'_> {
             column: name.to_owned(),
             found: self.all_names(),
         })?;
-        let is_there = |said: &Backwards| Marks::of(self.column(at)).find(said).is_some();
+        let is_there = |backwards: &Backwards| Marks::of(self.column(at)).find(backwards).is_some();
         match &reverse {
             Some(word @ Backwards::Word(_)) if !is_there(word) => Err(Unclear::Form {
                 flag: "--direction",
@@ -104,7 +104,7 @@ impl Decision<'_> {
 
     fn direction_by_name(&self) -> Option<usize> {
         let is_one = |at: &usize| {
-            let words = &self.says[*at].words;
+            let words = &self.name_facts[*at].words;
             let column = self.column(*at);
             words.iter().any(|word| DIRECTIONS.contains(&word.as_str()))
                 && (column.is_numeric() || !column.words.is_empty())

@@ -3,8 +3,8 @@
 use super::super::map_file::FieldSection;
 use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
 use super::decide::{Decision, short};
+use super::given::{expected, number_and_rest};
 use super::marks::Marks;
-use super::said::{expected, number_and_rest};
 use super::unclear::Unclear;
 use super::units::Role;
 
@@ -16,7 +16,7 @@ const SLOWED: f64 = 0.98;
 impl Decision<'_> {
     /// The number of full drive, and its source.
     pub(super) fn full_drive(&self, most: f64, named: Option<f64>) -> Option<(f64, &'static str)> {
-        if let Some(full) = self.said.pwm_full.or(named) {
+        if let Some(full) = self.given.pwm_full.or(named) {
             return Some((full, ""));
         }
         if FULL_DRIVES.contains(&most) {
@@ -32,7 +32,7 @@ impl Decision<'_> {
     /// The supply of a share: as text, or requested.
     pub(super) fn supply(&mut self) -> Result<Option<String>, Unclear> {
         // A bare number is in volts, not a column number; a column number has a unit.
-        if let Some(text) = &self.said.supply
+        if let Some(text) = &self.given.supply
             && let Some((volts, "" | "V" | "v")) = number_and_rest(text)
         {
             self.map.supply_v = Some(volts);
@@ -41,8 +41,8 @@ impl Decision<'_> {
             }
             return Ok(Some(format!("{} V", short(volts))));
         }
-        let (at, unit) = match &self.said.supply {
-            Some(text) => self.said_column("--supply", Role::Supply, text)?,
+        let (at, unit) = match &self.given.supply {
+            Some(text) => self.given_column("--supply", Role::Supply, text)?,
             None => match self.candidates(Role::Supply).as_slice() {
                 [one] => (*one, None),
                 _ => {
@@ -80,14 +80,16 @@ impl Decision<'_> {
     }
 
     /// Uses a column as the measured supply; returns its volts per unit, if known.
-    fn measured_supply(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<f64> {
+    fn measured_supply(&mut self, at: usize, given_unit: Option<&'static str>) -> Option<f64> {
         let column = self.column(at);
         let by_numbers = || match column.most() {
             most if most <= MOST_VOLTS => Some("V"),
             most if most > 10.0 * MOST_VOLTS => Some("mV"),
             _ => None,
         };
-        let unit = said_unit.or(self.says[at].unit).or_else(by_numbers)?;
+        let unit = given_unit
+            .or(self.name_facts[at].unit)
+            .or_else(by_numbers)?;
         self.map.supply = Some(FieldSection::of(self.column_ref(at), unit));
         self.understand(
             "supply",
@@ -100,7 +102,7 @@ impl Decision<'_> {
 
     /// Determines whether the encoder has a direction.
     pub(super) fn sign(&mut self, command: usize, motion: usize) {
-        match self.said.unsigned {
+        match self.given.unsigned {
             Some(unsigned) => {
                 self.map.rows.unsigned = unsigned.then_some(true);
                 if unsigned {

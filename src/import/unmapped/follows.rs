@@ -13,11 +13,11 @@ const FOLLOWS: f64 = 0.8;
 impl Decision<'_> {
     /// Whether the numbers of a column follow the command, unlike those of a position, whose differences do.
     pub(super) fn follows_command(&self, at: usize) -> bool {
-        let said = (self.said.command.as_deref())
-            .and_then(|text| self.said_column("--command", Role::Command, text).ok())
+        let given = (self.given.command.as_deref())
+            .and_then(|text| self.given_column("--command", Role::Command, text).ok())
             .map(|(command, _)| command);
         let named = self.candidates(Role::Command);
-        let Some(command) = said.or(named.first().copied()) else {
+        let Some(command) = given.or(named.first().copied()) else {
             return false;
         };
         let (numbers, commands) = (&self.column(at).numbers, &self.column(command).numbers);
@@ -57,7 +57,7 @@ impl Decision<'_> {
     pub(super) fn doubt_position(&mut self, at: usize) {
         let name = self.name(at);
         let what = format!("{name} follows the command as counts since the row before do");
-        if self.said.position.is_some() {
+        if self.given.position.is_some() {
             self.notes
                 .push(format!("{what}: --increments sums them up"));
             return;

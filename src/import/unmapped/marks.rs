@@ -44,8 +44,8 @@ impl Marks {
     }
 
     /// Index of this number or word.
-    pub fn find(&self, said: &Backwards) -> Option<usize> {
-        self.levels.iter().position(|level| level == said)
+    pub fn find(&self, backwards: &Backwards) -> Option<usize> {
+        self.levels.iter().position(|level| level == backwards)
     }
 
     /// The indices of forwards and backwards by their words.

@@ -16,6 +16,7 @@ mod direction;
 mod drive;
 mod file_name;
 mod follows;
+mod given;
 mod grid;
 mod marks;
 mod motion;
@@ -24,7 +25,6 @@ mod names;
 mod over;
 mod pulses;
 mod readings;
-mod said;
 mod seconds;
 mod speed;
 mod speed_rule;
@@ -38,8 +38,8 @@ mod unclear;
 mod units;
 
 pub use decide::Understood;
+pub use given::GivenFlags;
 pub use over::map_over;
-pub use said::Said;
 pub use unclear::{Missing, Unclear};
 pub(super) use units::is_known;
 pub use units::is_spelling_of;
@@ -92,7 +92,7 @@ pub fn understand(
     head: &[u8],
     is_whole: bool,
     file_name: &str,
-    said: &Said,
+    given: &GivenFlags,
     command: &str,
 ) -> Reading {
     if let Err(problem) = lines(head) {
@@ -112,23 +112,28 @@ pub fn understand(
             };
         }
     };
-    decided(&survey, file_name, said, command)
+    decided(&survey, file_name, given, command)
 }
 
 /// The same for a table, whose format is known. A mapping by column names fits it regardless of its keys for text
 /// files.
-pub fn understand_table(table: &Table, file_name: &str, said: &Said, command: &str) -> Reading {
+pub fn understand_table(
+    table: &Table,
+    file_name: &str,
+    given: &GivenFlags,
+    command: &str,
+) -> Reading {
     let survey = survey::of_table(table);
-    let mut reading = decided(&survey, file_name, said, command);
+    let mut reading = decided(&survey, file_name, given, command);
     reading.notes.splice(0..0, table.notes.iter().cloned());
     reading
 }
 
-fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str) -> Reading {
-    let mut decision = decide::Decision::new(survey, said, file_name);
+fn decided(survey: &survey::Survey, file_name: &str, given: &GivenFlags, command: &str) -> Reading {
+    let mut decision = decide::Decision::new(survey, given, file_name);
     let decided = decision.decide();
     let map = decided.and_then(|()| match decision.missing.is_empty() {
-        true if said.integrate.is_some() && decision.map.speed.is_none() => {
+        true if given.integrate.is_some() && decision.map.speed.is_none() => {
             Err(Unclear::Conflict(NO_SPEED))
         }
         true => {

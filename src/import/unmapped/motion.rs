@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use super::super::map_file::PositionSection;
 use super::column::Column;
 use super::decide::{Decision, short};
+use super::given::expected;
 use super::names::is_input;
-use super::said::expected;
 use super::turns::{is_sensor, turn_in};
 use super::unclear::Unclear;
 use super::units::Role;
@@ -31,8 +31,8 @@ const COUNTERS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 impl Decision<'_> {
     /// The column of the motion, if known.
     pub(super) fn motion(&mut self, step_s: Option<f64>) -> Result<Option<usize>, Unclear> {
-        let said = self.said;
-        match (&said.position, &said.speed) {
+        let given = self.given;
+        match (&given.position, &given.speed) {
             (Some(_), Some(_)) => Err(Unclear::Conflict(
                 "--position and --speed exclude each other\nhint: leave --speed out: a speed is read only where there is no position",
             )),
@@ -49,12 +49,12 @@ impl Decision<'_> {
                 Ok(None)
             }
             (Some(text), None) => {
-                let (at, unit) = self.said_column("--position", Role::Position, text)?;
+                let (at, unit) = self.given_column("--position", Role::Position, text)?;
                 self.position(at, unit);
                 Ok(Some(at))
             }
             (None, Some(text)) => {
-                let (at, unit) = self.said_column("--speed", Role::Speed, text)?;
+                let (at, unit) = self.given_column("--speed", Role::Speed, text)?;
                 self.speed(at, unit, step_s);
                 Ok(Some(at))
             }
@@ -67,15 +67,15 @@ impl Decision<'_> {
         let mut positions = self.candidates(Role::Position);
         positions.extend(self.candidates(Role::Increments));
         let mut speeds = self.beside_said(self.candidates(Role::Speed));
-        if speeds.iter().any(|&at| !self.says[at].is_electrical) {
-            speeds.retain(|&at| !self.says[at].is_electrical);
+        if speeds.iter().any(|&at| !self.name_facts[at].is_electrical) {
+            speeds.retain(|&at| !self.name_facts[at].is_electrical);
         }
         if positions.len() + speeds.len() > 1 {
             positions.retain(|&at| !self.column(at).is_row_number() && !self.is_tick_clock(at));
         }
         positions = self.beside_said(positions);
         let in_counts: Vec<usize> = (positions.iter().copied())
-            .filter(|&at| self.says[at].unit == Some("counts"))
+            .filter(|&at| self.name_facts[at].unit == Some("counts"))
             .collect();
         if in_counts.len() == 1 {
             positions = in_counts;
@@ -104,14 +104,14 @@ impl Decision<'_> {
             }
         }
         let mut rest: Vec<usize> = (0..self.survey.columns.len())
-            .filter(|&at| self.says[at].role.is_none() && self.column(at).is_numeric())
-            .filter(|&at| !is_sensor(&self.says[at]) && !self.used.contains(&at))
+            .filter(|&at| self.name_facts[at].role.is_none() && self.column(at).is_numeric())
+            .filter(|&at| !is_sensor(&self.name_facts[at]) && !self.used.contains(&at))
             .collect();
         if rest.len() > 1 {
             rest.retain(|&at| !self.column(at).is_row_number());
         }
         let inputs: Vec<usize> = (rest.iter().copied())
-            .filter(|&at| is_input(&self.says[at]))
+            .filter(|&at| is_input(&self.name_facts[at]))
             .collect();
         if let [_] = inputs.as_slice() {
             rest = inputs;
@@ -125,8 +125,11 @@ impl Decision<'_> {
                 expected(Role::Speed)
             );
             let one = *one;
-            let in_metres = self.says[one].words.len() > 1
-                && self.says[one].words.last().is_some_and(|word| word == "m");
+            let in_metres = self.name_facts[one].words.len() > 1
+                && self.name_facts[one]
+                    .words
+                    .last()
+                    .is_some_and(|word| word == "m");
             let is_speed = !in_metres && self.column(one).steps().iter().any(|step| *step < 0.0);
             if is_speed {
                 self.ask("--speed", format!("{flag}:rpm"), why);
@@ -152,23 +155,23 @@ impl Decision<'_> {
     /// Candidates that belong to the given command.
     fn beside_said(&self, candidates: Vec<usize>) -> Vec<usize> {
         let command = self
-            .said
+            .given
             .command
             .as_deref()
-            .and_then(|text| self.said_column("--command", Role::Command, text).ok());
+            .and_then(|text| self.given_column("--command", Role::Command, text).ok());
         let Some((at, _)) = command.filter(|_| candidates.len() > 1) else {
             return candidates;
         };
         let is_common = |word: &String| {
             candidates
                 .iter()
-                .all(|&one| self.says[one].words.contains(word))
+                .all(|&one| self.name_facts[one].words.contains(word))
         };
         let belongs = |&one: &usize| {
-            let words = &self.says[one].words;
+            let words = &self.name_facts[one].words;
             words
                 .iter()
-                .any(|word| !is_common(word) && self.says[at].words.contains(word))
+                .any(|word| !is_common(word) && self.name_facts[at].words.contains(word))
         };
         let beside: Vec<usize> = candidates.iter().copied().filter(belongs).collect();
         if beside.is_empty() {
@@ -196,17 +199,18 @@ impl Decision<'_> {
         self.ask(flag, first, why);
     }
 
-    fn position(&mut self, at: usize, said_unit: Option<&'static str>) {
+    fn position(&mut self, at: usize, given_unit: Option<&'static str>) {
         let column = self.column(at);
         let name = self.name(at);
-        let is_increments = self.said.increments || self.says[at].role == Some(Role::Increments);
-        let words = &self.says[at].words;
+        let is_increments =
+            self.given.increments || self.name_facts[at].role == Some(Role::Increments);
+        let words = &self.name_facts[at].words;
         let is_encoder = words
             .iter()
             .any(|word| matches!(word.as_str(), "enc" | "encoder" | "encoders"));
-        let named = said_unit.or(self.says[at].unit);
+        let named = given_unit.or(self.name_facts[at].unit);
         let counted = (is_encoder && column.is_whole()).then_some("counts");
-        let Some(unit) = named.or(counted).or_else(|| unit_of_round(column)) else {
+        let Some(unit) = named.or(counted).or_else(|| unit_of_wrapping(column)) else {
             let flag = self.flag_name(at);
             let is_angle = words
                 .iter()
@@ -235,7 +239,7 @@ impl Decision<'_> {
             };
             let why = format!("{name} names no unit{steps}; {}", expected(Role::Position));
             self.ask("--position", format!("{flag}:{unit}"), why);
-            if let (Some(turn), None) = (turn, self.said.wrap) {
+            if let (Some(turn), None) = (turn, self.given.wrap) {
                 let turn = short(turn);
                 let why = format!("{name} stays within one turn of {turn}, so that it begins anew");
                 self.ask("--wrap", turn, why);
@@ -291,8 +295,8 @@ impl Decision<'_> {
             Some(turn) => vec![turn],
             None => counters.collect(),
         };
-        let wrap = self.said.wrap.or_else(|| {
-            let found = wraps.into_iter().find(|wrap| goes_round(column, *wrap));
+        let wrap = self.given.wrap.or_else(|| {
+            let found = wraps.into_iter().find(|wrap| is_wrapping(column, *wrap));
             found.filter(|_| !is_increments)
         });
         self.map.position = Some(PositionSection {
@@ -312,8 +316,8 @@ impl Decision<'_> {
         self.understand("position", Some(at), Some(unit), words);
         if let (Some(counts), None, None) = (
             found,
-            self.said.counts_per_rev,
-            self.says[at].counts_per_rev,
+            self.given.counts_per_rev,
+            self.name_facts[at].counts_per_rev,
         ) {
             let words = format!(
                 "{} counts per revolution, read off the steps of {name} of {} {unit}",
@@ -326,7 +330,7 @@ impl Decision<'_> {
 
     /// Travel of a linear axis in one turn, needed for metres.
     pub(super) fn travel(&mut self, at: usize, unit: &str) {
-        if self.said.m_per_rev.is_none() {
+        if self.given.m_per_rev.is_none() {
             let name = self.name(at);
             let why = format!(
                 "travel of the axis in one turn of the encoder in m, the circumference of a wheel: {name} is in {unit}"
@@ -337,8 +341,11 @@ impl Decision<'_> {
 
     /// Counts per revolution of the run: given, in a name, or derived (`found`); else requested.
     pub(super) fn counts_per_rev(&mut self, found: Option<f64>, why: String) -> Option<f64> {
-        let named = self.says.iter().find_map(|says| says.counts_per_rev);
-        let counts = self.said.counts_per_rev.or(named).or(found);
+        let named = self
+            .name_facts
+            .iter()
+            .find_map(|facts| facts.counts_per_rev);
+        let counts = self.given.counts_per_rev.or(named).or(found);
         match counts {
             Some(counts) => self.map.counts_per_rev = counts,
             None => self.ask("--counts-per-rev", "COUNTS".to_owned(), why),
@@ -358,7 +365,7 @@ pub(super) fn whole(number: f64) -> f64 {
 }
 
 /// Whether a column wraps at `wrap`: it stays within, jumps by more than half of it, and is smooth otherwise.
-fn goes_round(column: &Column, wrap: f64) -> bool {
+fn is_wrapping(column: &Column, wrap: f64) -> bool {
     let steps = column.steps();
     let is_within = column.highest() - column.lowest() <= wrap * 1.001;
     let jumps = steps.iter().filter(|step| step.abs() > wrap / 2.0).count();
@@ -368,9 +375,9 @@ fn goes_round(column: &Column, wrap: f64) -> bool {
 }
 
 /// The unit of a wrapping angle: degrees at 360, radians at 2 pi.
-fn unit_of_round(column: &Column) -> Option<&'static str> {
+fn unit_of_wrapping(column: &Column) -> Option<&'static str> {
     let range = column.highest() - column.lowest();
-    let spans = |wrap: f64| range > FILLED * wrap && goes_round(column, wrap);
+    let spans = |wrap: f64| range > FILLED * wrap && is_wrapping(column, wrap);
     [(360.0, "deg"), (TAU, "rad")]
         .into_iter()
         .find(|(wrap, _)| spans(*wrap))

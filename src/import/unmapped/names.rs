@@ -11,7 +11,7 @@ use super::units::{Role, unit_of};
 
 /// Meaning of a name.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct NameSays {
+pub(super) struct NameFacts {
     pub role: Option<Role>,
     /// In the notation of mapping files.
     pub unit: Option<&'static str>,
@@ -35,12 +35,12 @@ const PER_MILLE: f64 = 1000.0;
 const LEAST_FULL: f64 = 50.0;
 
 /// Meaning of a name and of a unit below it.
-pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
+pub(super) fn name_facts(name: &str, unit_line: Option<&str>) -> NameFacts {
     let (outside, inside) = bracketed(name);
     let words = words(&outside);
-    let mut found = NameSays {
+    let mut found = NameFacts {
         words: words.clone(),
-        ..NameSays::default()
+        ..NameFacts::default()
     };
     let per_rev = words.windows(3).position(|three| {
         let is_number = three[0].parse::<f64>().is_ok();
@@ -150,29 +150,30 @@ fn is_voltage_reached(words: &[String]) -> bool {
 }
 
 /// Names of a controller's columns: without a named command, its output is the command.
-pub(super) fn name_outputs(all: &mut [NameSays], is_numeric: impl Fn(usize) -> bool) {
+pub(super) fn name_outputs(all: &mut [NameFacts], is_numeric: impl Fn(usize) -> bool) {
     if all
         .iter()
-        .any(|says| matches!(says.role, Some(Role::Command | Role::CommandOrSupply)))
+        .any(|facts| matches!(facts.role, Some(Role::Command | Role::CommandOrSupply)))
     {
         return;
     }
-    for (at, says) in all.iter_mut().enumerate() {
-        let is_output = says
+    for (at, facts) in all.iter_mut().enumerate() {
+        let is_output = facts
             .words
             .iter()
             .any(|word| OUTPUTS.contains(&word.as_str()));
-        if says.role.is_none() && is_output && is_numeric(at) {
-            says.role = Some(Role::Command);
-            says.is_named = true;
-            says.unit = unit_at_end(Role::Command, &says.words);
+        if facts.role.is_none() && is_output && is_numeric(at) {
+            facts.role = Some(Role::Command);
+            facts.is_named = true;
+            facts.unit = unit_at_end(Role::Command, &facts.words);
         }
     }
 }
 
 /// Whether a name is that of a controller's measured value.
-pub(super) fn is_input(says: &NameSays) -> bool {
-    says.words
+pub(super) fn is_input(facts: &NameFacts) -> bool {
+    facts
+        .words
         .iter()
         .any(|word| INPUTS.contains(&word.as_str()))
 }
@@ -438,42 +439,42 @@ mod tests {
             ("eRPM[0]", Speed, None),
             ("Motor Electrical Speed (RPM)", Speed, None),
         ] {
-            let found = says(name, None);
+            let found = name_facts(name, None);
             assert_eq!(found.role, Some(role), "{name}");
             if role != Reference {
                 assert_eq!(found.unit, unit, "{name}");
             }
         }
         for name in ["direction", "temp_C", "trial", "mode", "x"] {
-            assert_eq!(says(name, None).role, None, "{name}");
+            assert_eq!(name_facts(name, None).role, None, "{name}");
         }
     }
 
     #[test]
     fn full_scales_and_counts_per_turn_stand_in_names() {
-        assert_eq!(says("left_duty_255", None).full, Some(255.0));
-        assert_eq!(says("pwm_counts_885max", None).full, Some(885.0));
-        assert_eq!(says("pwm2", None).full, None);
+        assert_eq!(name_facts("left_duty_255", None).full, Some(255.0));
+        assert_eq!(name_facts("pwm_counts_885max", None).full, Some(885.0));
+        assert_eq!(name_facts("pwm2", None).full, None);
         for (name, unit) in [
             ("duty_permille", None),
             ("PWM [‰]", None),
             ("duty", Some("‰")),
         ] {
-            let found = says(name, unit);
+            let found = name_facts(name, unit);
             assert_eq!(
                 (found.unit, found.full),
                 (Some("pwm"), Some(1000.0)),
                 "{name}"
             );
         }
-        let found = says("position_counts_8192_per_rev", None);
+        let found = name_facts("position_counts_8192_per_rev", None);
         assert_eq!(found.counts_per_rev, Some(8192.0));
         assert_eq!(found.unit, Some("counts"));
     }
 
     #[test]
     fn a_line_of_units_is_read_with_the_names() {
-        assert_eq!(says("angle", Some("deg")).unit, Some("deg"));
-        assert_eq!(says("x", Some("rad/s")).role, Some(Role::Speed));
+        assert_eq!(name_facts("angle", Some("deg")).unit, Some("deg"));
+        assert_eq!(name_facts("x", Some("rad/s")).role, Some(Role::Speed));
     }
 }

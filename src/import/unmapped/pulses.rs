@@ -34,8 +34,9 @@ impl Decision<'_> {
     pub(super) fn is_pulses(&self, at: usize) -> bool {
         let column = self.column(at);
         let (lowest, highest) = (column.lowest(), column.highest());
-        let has_word = (self.says[at].words.iter()).any(|word| WORDS.contains(&word.as_str()));
-        let is_in_us = self.says[at].unit == Some("us");
+        let has_word =
+            (self.name_facts[at].words.iter()).any(|word| WORDS.contains(&word.as_str()));
+        let is_in_us = self.name_facts[at].unit == Some("us");
         column.is_numeric()
             && !self.used.contains(&at)
             && (has_word || is_in_us)

@@ -16,9 +16,9 @@ impl Decision<'_> {
     /// seconds increase.
     pub(super) fn pair(&self, with: Option<usize>) -> Option<Clock> {
         let all = || 0..self.survey.columns.len();
-        let is_time = |at: usize| matches!(self.says[at].role, None | Some(Role::Time));
+        let is_time = |at: usize| matches!(self.name_facts[at].role, None | Some(Role::Time));
         let is_seconds = |&at: &usize| {
-            let has_unit = matches!(self.says[at].unit, None | Some("s"));
+            let has_unit = matches!(self.name_facts[at].unit, None | Some("s"));
             is_time(at) && has_unit && self.is_whole_seconds(at)
         };
         let is_with = |a, b| with.is_none_or(|with| with == a || with == b);
@@ -46,13 +46,13 @@ impl Decision<'_> {
     fn pair_of(&self, whole: usize, rest: usize) -> Option<Clock> {
         let (seconds, parts) = (self.column(whole), self.column(rest));
         let is_minutes =
-            (self.says[whole].words.iter()).any(|word| MINUTES.contains(&word.as_str()));
+            (self.name_facts[whole].words.iter()).any(|word| MINUTES.contains(&word.as_str()));
         let whole_unit = match (is_minutes, seconds.is_stamps()) {
             (true, _) => "min",
             (_, true) => "stamp",
             (_, false) => "s",
         };
-        let unit = match (self.says[rest].unit, is_minutes) {
+        let unit = match (self.name_facts[rest].unit, is_minutes) {
             (Some(unit @ ("ns" | "us" | "ms")), false) => unit,
             (None | Some("s"), true) => "s",
             (None, false) => unit_of_part(parts.highest())?,

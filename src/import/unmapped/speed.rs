@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use super::super::map::Integration;
 use super::super::map_file::SpeedSection;
 use super::decide::{Decision, short};
+use super::given::expected;
 use super::grid::step_of;
 use super::motion::{FINEST, ODRIVE, WHOLE, whole};
 use super::names::is_frequency;
-use super::said::expected;
 use super::speed_rule::{Row, SpeedOf, rule};
 use super::units::{EITHER_PER_S, Role};
 
@@ -32,25 +32,25 @@ impl Decision<'_> {
     pub(super) fn speed(
         &mut self,
         at: usize,
-        said_unit: Option<&'static str>,
+        given_unit: Option<&'static str>,
         step_s: Option<f64>,
     ) {
         let column = self.column(at);
         let name = self.name(at);
-        let named = said_unit.or(self.says[at].unit);
+        let named = given_unit.or(self.name_facts[at].unit);
         let is_either = named == Some(EITHER_PER_S);
         let by_steps = || self.unit_of_steps(at, step_s).filter(|_| is_either);
         let Some(unit) = named.filter(|_| !is_either).or_else(by_steps) else {
             let flag = self.flag_name(at);
-            let is_word = |of: &str| self.says[at].words.iter().any(|word| word == of);
+            let is_word = |of: &str| self.name_facts[at].words.iter().any(|word| word == of);
             let usual = match (is_word("omega") || is_word("ω"), is_word(ODRIVE)) {
-                _ if is_frequency(&self.says[at].words) => "counts/s",
+                _ if is_frequency(&self.name_facts[at].words) => "counts/s",
                 (true, _) => "rad/s",
                 (_, true) => "rev/s",
                 _ => "rpm",
             };
             let (proposed, why) = match is_either {
-                _ if self.says[at].is_electrical => (
+                _ if self.name_facts[at].is_electrical => (
                     "rpm",
                     format!(
                         "{name} is the electrical speed, {ELECTRICAL}; {name} as it stands is that of one pole pair"
@@ -69,7 +69,7 @@ impl Decision<'_> {
             self.tentatively(|decision| decision.speed(at, Some(proposed), step_s));
             return;
         };
-        if self.says[at].is_electrical {
+        if self.name_facts[at].is_electrical {
             self.notes.push(format!(
                 "{name} is taken as the shaft's speed, and is the electrical one by its name, {ELECTRICAL}"
             ));
@@ -100,16 +100,19 @@ impl Decision<'_> {
             .map(|(turns, rev_s)| whole(1.0 / (turns * rev_s)));
         let found = found.filter(|counts| (1.0..=FINEST).contains(counts));
         // Steps of a rounded number, or of a drive's units, are no counts.
-        let said = self.said.counts_per_rev.or(self.says[at].counts_per_rev);
+        let given = self
+            .given
+            .counts_per_rev
+            .or(self.name_facts[at].counts_per_rev);
         let is_round = step.is_some_and(is_power_of_ten);
         let (found, doubted) = match found {
             Some(counts) if counts > MOST_USUAL => (None, Some(counts)),
-            Some(counts) if is_round && said.is_none() => (None, Some(counts)),
-            Some(counts) if said.is_some_and(|said| !is_whole_multiple(counts, said)) => {
+            Some(counts) if is_round && given.is_none() => (None, Some(counts)),
+            Some(counts) if given.is_some_and(|given| !is_whole_multiple(counts, given)) => {
                 self.notes.push(format!(
                     "the steps of {name} are those of {} counts per revolution in a row, not of {}: its numbers are rounded",
                     short(counts),
-                    short(said.unwrap_or(counts))
+                    short(given.unwrap_or(counts))
                 ));
                 (None, Some(counts))
             }
@@ -136,10 +139,10 @@ impl Decision<'_> {
             self.counts_per_rev(found, why);
         }
         let has_steps = (step.is_some() || by_rows.is_some()) && doubted.is_none();
-        self.is_difference = has_steps || self.said.integrate.is_some();
+        self.is_difference = has_steps || self.given.integrate.is_some();
         // Encoders give differences of position; a filter adds its lag. Without steps the motion decides, see
         // `integration`.
-        let rule = self.said.integrate.unwrap_or(Integration::Backward);
+        let rule = self.given.integrate.unwrap_or(Integration::Backward);
         self.map.speed = Some(SpeedSection {
             column: self.column_ref(at),
             unit: unit.to_owned(),
@@ -165,7 +168,7 @@ impl Decision<'_> {
             format!("{name} in {unit}, {how}"),
         );
         if let (Some(found), Some(step_s)) = (found, step_s) {
-            match said {
+            match given {
                 None => {
                     let words = format!(
                         "{} counts per revolution, read off: one count in {} s is a step of the speed. The encoder's number, or a multiple of it \
@@ -175,8 +178,8 @@ impl Decision<'_> {
                     );
                     self.understand("counts_per_rev", None, None, words);
                 }
-                Some(said) if (said / found - 1.0).abs() > WHOLE => {
-                    let times = found / said;
+                Some(given) if (given / found - 1.0).abs() > WHOLE => {
+                    let times = found / given;
                     let is_mean = times > 1.5 && (times - times.round()).abs() < WHOLE * times;
                     let how = match is_mean {
                         true => format!(
@@ -189,7 +192,7 @@ impl Decision<'_> {
                         "the steps of {name} are those of {} counts per revolution in {} s, not of {}{how}",
                         short(found),
                         short(step_s),
-                        short(said)
+                        short(given)
                     ));
                 }
                 Some(_) => {}
@@ -206,7 +209,7 @@ impl Decision<'_> {
             return;
         }
         let rule = rule(&self.rows_of_motor(at));
-        let said = |left: f64| format!("{} {unit}", short(digits(left, 2)));
+        let rms = |left: f64| format!("{} {unit}", short(digits(left, 2)));
         const INSTANT: &str = "the speed at the instant of the row";
         const MEAN: &str = "the mean since the row before";
         let (integrate, words) = match &rule {
@@ -215,7 +218,7 @@ impl Decision<'_> {
                     SpeedOf::Instant => (Integration::Trapezoid, INSTANT, MEAN, "backward"),
                     SpeedOf::Mean => (Integration::Backward, MEAN, INSTANT, "trapezoid"),
                 };
-                let (left, left_other) = (said(found.left), said(found.left_other));
+                let (left, left_other) = (rms(found.left), rms(found.left_other));
                 let words = format!(
                     "; it is {this}: a first-order motor leaves {left} RMS, as {other} {left_other} \
                      (--integrate {flag} says that one)"
@@ -292,7 +295,7 @@ impl Decision<'_> {
     /// Of revolutions and radians per second the one in which the steps are those of the given counts.
     fn unit_of_steps(&self, at: usize, step_s: Option<f64>) -> Option<&'static str> {
         let turns = self.column(at).step()? * step_s?;
-        let counts = self.said.counts_per_rev?;
+        let counts = self.given.counts_per_rev?;
         [("rev/s", 1.0), ("rad/s", TAU)]
             .into_iter()
             .find(|(_, turn)| (turns * counts / turn - 1.0).abs() < WHOLE)
@@ -317,8 +320,8 @@ fn is_power_of_ten(step: f64) -> bool {
 }
 
 /// Whether one is an integral multiple of the other: counts of one channel or four, and the mean of several rows.
-fn is_whole_multiple(found: f64, said: f64) -> bool {
-    let times = f64::max(found / said, said / found);
+fn is_whole_multiple(found: f64, given: f64) -> bool {
+    let times = f64::max(found / given, given / found);
     (times - times.round()).abs() < WHOLE * times
 }
 

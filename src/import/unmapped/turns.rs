@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::decide::Decision;
-use super::names::NameSays;
+use super::names::NameFacts;
 
 /// Relative accuracy of a step estimated from many positions: at worst, and at best that of a 32-bit float.
 const EXACT: f64 = 1e-5;
@@ -48,15 +48,18 @@ impl Decision<'_> {
         let step = column.step()?;
         // The largest position has the rounding of its last digit.
         let exact = (2.0 * column.rounding() / column.most()).clamp(MOST_EXACT, EXACT);
-        let named = self.says.iter().find_map(|says| says.counts_per_rev);
-        let said = self.said.counts_per_rev.or(named);
+        let named = self
+            .name_facts
+            .iter()
+            .find_map(|facts| facts.counts_per_rev);
+        let given = self.given.counts_per_rev.or(named);
         let is_round = |number: f64| (number - number.round()).abs() < exact * number;
         let mut fits = ["rev", "rad", "deg"].into_iter().filter_map(|unit| {
             let counts = turn_in(unit)? / step;
-            let fits = match said {
+            let fits = match given {
                 // Every count of the encoder, or one in several.
-                Some(said) => {
-                    (0.5..=MOST_SKIPPED).contains(&(said / counts)) && is_round(said / counts)
+                Some(given) => {
+                    (0.5..=MOST_SKIPPED).contains(&(given / counts)) && is_round(given / counts)
                 }
                 None => {
                     let is_exact = exact * counts <= WHOLE_ERROR && counts <= MOST_COUNTS;
@@ -70,7 +73,8 @@ impl Decision<'_> {
 
     /// For a light barrier or a Hall sensor that is logged as a voltage: how its edges become counts.
     pub(super) fn analogue(&self) -> String {
-        let is_sensor = |at: &usize| self.column(*at).is_numeric() && is_sensor(&self.says[*at]);
+        let is_sensor =
+            |at: &usize| self.column(*at).is_numeric() && is_sensor(&self.name_facts[*at]);
         let Some(at) = (0..self.survey.columns.len()).find(is_sensor) else {
             return String::new();
         };
@@ -86,9 +90,9 @@ impl Decision<'_> {
 }
 
 /// Whether a name is that of a sensor whose voltage is logged.
-pub(super) fn is_sensor(says: &NameSays) -> bool {
+pub(super) fn is_sensor(facts: &NameFacts) -> bool {
     let has = |word: &String| ANALOGUE.iter().any(|sensor| word.starts_with(sensor));
-    says.words.iter().any(has)
+    facts.words.iter().any(has)
 }
 
 /// One revolution in a unit of angle.

@@ -6,7 +6,7 @@ use super::units::{Role, unit_of};
 
 /// The flags of `motorlab import`, as given.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Said {
+pub struct GivenFlags {
     /// `COL:UNIT`, or `10ms`: the sample time.
     pub time: Option<String>,
     /// `COL:UNIT`, `7V@0.95s`, `2*COL-2*COL:UNIT`, `none`.
@@ -45,7 +45,7 @@ pub struct Said {
     pub runs: Option<u64>,
 }
 
-impl Said {
+impl GivenFlags {
     /// The flags as written, in the order of the help.
     #[must_use]
     pub fn flags(&self) -> Vec<(&'static str, String)> {
@@ -92,12 +92,12 @@ impl Said {
 
 /// A column and, if given, its unit.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct ColumnSaid {
+pub(super) struct GivenColumn {
     pub column: String,
     pub unit: Option<&'static str>,
 }
 
-impl ColumnSaid {
+impl GivenColumn {
     /// From `COL:UNIT` or `COL`. The text after the last colon is the unit, unless the whole is a column
     /// (`is_column`).
     pub fn parse(
@@ -216,12 +216,12 @@ mod tests {
     #[test]
     fn columns_and_units_are_parsed_from_one_word() {
         let none = |_: &str| false;
-        let parse = |text| ColumnSaid::parse("--time", Role::Time, text, none);
+        let parse = |text| GivenColumn::parse("--time", Role::Time, text, none);
         let found = parse("t_us:us").expect("good");
         assert_eq!((found.column.as_str(), found.unit), ("t_us", Some("us")));
         assert_eq!(parse("time").expect("good").unit, None);
         assert!(parse("time:furlong").is_err());
-        let whole = ColumnSaid::parse("--speed", Role::Speed, "a:rpm", |name| name == "a:rpm");
+        let whole = GivenColumn::parse("--speed", Role::Speed, "a:rpm", |name| name == "a:rpm");
         assert_eq!(whole.expect("good").column, "a:rpm");
     }
 
