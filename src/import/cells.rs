@@ -204,7 +204,7 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
     }
 }
 
-/// A cell that is a whole number, exactly: a float holds none beyond 2^53.
+/// The exact integer in a cell; a float is inexact beyond 2^53.
 pub(super) fn whole(cell: &[u8]) -> Option<i64> {
     std::str::from_utf8(cell).ok()?.parse().ok()
 }

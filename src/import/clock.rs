@@ -33,17 +33,17 @@ pub(super) enum Counts {
     },
 }
 
-/// First reading of a clock, where it is a whole number beyond the floats: the readings are counted from it, exactly.
+/// First reading of a clock, if it is an integer beyond 2^53: later readings are computed relative to it, exactly.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FirstReading(Option<i64>);
 
 impl FirstReading {
-    /// The number of a clock's first cell; and what later ones are counted from.
+    /// The reference of a clock, from its first cell.
     pub fn of(cell: &[u8]) -> Self {
         Self(whole(cell).filter(|first| first.unsigned_abs() > MOST_EXACT))
     }
 
-    /// A cell, whose number is known, as a number from the first on.
+    /// A cell relative to the reference; `number` is the cell as a float.
     pub fn since(self, cell: &[u8], number: f64) -> f64 {
         match (self.0, whole(cell)) {
             (None, _) => number,
@@ -52,19 +52,19 @@ impl FirstReading {
         }
     }
 
-    /// It as a float; 0 where the numbers are counted from 0.
+    /// The reference as a float; 0 without one.
     pub fn rounded(self) -> f64 {
         self.0.map_or(0.0, |first| first as f64)
     }
 }
 
-/// The clock under way. A row that turns out bad leaves it as it was.
+/// The state of the clock; a rejected row does not change it.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct RowClock {
     first: FirstReading,
     unwrapped: Unwrapped,
     before: Option<Before>,
-    /// By how much the first row of a coarse clock lies after its reading, in s; from the second reading on.
+    /// Delay of the first row of a coarse clock after its reading in s; known from the second reading on.
     late_s: Option<f64>,
 }
 
@@ -76,7 +76,7 @@ struct Before {
 }
 
 impl RowClock {
-    /// The number in a cell of the clock from the first row's on; and the state after it.
+    /// The number in a cell of the clock relative to the first row, and the state after it.
     pub fn since_first(self, cell: &[u8], number: f64) -> (f64, Self) {
         let first = match self.before {
             None => FirstReading::of(cell),
@@ -85,13 +85,13 @@ impl RowClock {
         (first.since(cell, number), Self { first, ..self })
     }
 
-    /// The counter of the clock unwrapped at `wrap`; and the state after it.
+    /// The counter of the clock, unwrapped at `wrap`, and the state after it.
     pub fn unwrapped(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
         let (number, unwrapped) = self.unwrapped.next(number, wrap);
         (number, Self { unwrapped, ..self })
     }
 
-    /// Time in s of the row `seq`, whose clock reads `reading_s`; and the state after it.
+    /// Time in s of the row `seq`, whose clock reads `reading_s`, and the state after it.
     pub fn time_s(self, reading_s: f64, seq: u64, counts: Counts) -> (f64, Self) {
         let mut late_s = self.late_s;
         let time_s = match (counts, self.before) {

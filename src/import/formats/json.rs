@@ -47,7 +47,7 @@ pub(super) fn is_json(beginning: &[u8]) -> bool {
     }
 }
 
-/// The columns under way: name and numbers, NaN where a row has none.
+/// Columns that are being read: name and numbers, NaN in rows without one.
 #[derive(Default)]
 pub(super) struct Columns {
     rows: usize,

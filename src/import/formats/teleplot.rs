@@ -18,7 +18,7 @@ pub(super) fn is_teleplot(beginning: &[u8]) -> bool {
     is_one(lines.next()) && is_one(lines.next())
 }
 
-/// Name, unit, and samples: milliseconds, where they are said, and the number.
+/// Name, unit and samples: time in ms, if stated, and the number.
 type Signal<'a> = (&'a str, Option<&'a str>, Vec<(Option<f64>, f64)>);
 
 fn signal(line: &str) -> Option<Signal<'_>> {
@@ -57,7 +57,7 @@ fn megunolink(rest: &str) -> Option<Signal<'_>> {
     (is_data && time.trim() == "T" && !name.is_empty()).then(|| (name, None, vec![(None, value)]))
 }
 
-/// Whether the times that are said rise as those in ms do; of seconds or µs the steps tell, as of any clock without a unit.
+/// Whether the stated times rise as times in ms do; if not, the unit follows from their steps, as for any clock without a unit.
 fn is_in_ms(samples: &[(Option<f64>, u16, f64)]) -> bool {
     let times = samples.iter().filter_map(|(ms, _, _)| *ms);
     let mut steps: Vec<f64> = (times.clone().zip(times.skip(1)))
@@ -69,7 +69,7 @@ fn is_in_ms(samples: &[(Option<f64>, u16, f64)]) -> bool {
     middle.is_none_or(|step| (STEPS_MS.0..=STEPS_MS.1).contains(step))
 }
 
-/// Reads all lines. Without times a row ends where a name comes again.
+/// Reads all lines. Without times a row ends where a name is repeated.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let mut columns = vec![TableColumn {

@@ -13,14 +13,14 @@ use super::readings::Readings;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
-/// A sample time that is said differs from that of the log's clock by more than this share: jitter and rounding are less.
+/// Share by which a given sample time contradicts the log's clock; jitter and rounding are smaller.
 const CONTRADICTS: f64 = 0.05;
 
 /// A clock that was found.
 pub(super) struct Clock {
     pub at: usize,
     pub unit: &'static str,
-    /// The part of the log that tells the unit, where the name does not.
+    /// Source of the unit in the log, if not the name.
     pub unit_by: Option<String>,
     /// The column of the rest of it, and its unit.
     pub fraction: Option<(usize, &'static str)>,
@@ -262,7 +262,7 @@ impl Decision<'_> {
         readings
     }
 
-    /// Says so where the log's own clock tells another sample time than is said.
+    /// A note where the log's clock contradicts the given sample time.
     fn contradicted(&mut self, sample_time_s: f64) {
         let clock = (self.clock()).and_then(|at| self.clock_at(at, None, false));
         let Ok(clock) = clock else { return };
@@ -295,7 +295,7 @@ fn mean_step(readings: &[f64]) -> f64 {
     }
 }
 
-/// A sample time as `--time` takes it.
+/// A sample time in the form of `--time`.
 pub(super) fn as_time(seconds: f64) -> String {
     format!("{}ms", short(1000.0 * seconds))
 }

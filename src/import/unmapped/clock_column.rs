@@ -7,7 +7,7 @@ use super::decide::Decision;
 use super::readings::Readings;
 use super::units::Role;
 
-/// A clock whose name tells only a unit falls once in so many rows at most, where a board begins anew.
+/// A clock with nothing but a unit in its name decreases at most once in so many rows: at a restart of the board.
 const MOST_FALLS: usize = 1000;
 /// Words of a host's clock: arrivals come late and in bunches, so a device's clock beside it is better.
 const HOSTS: [&str; 7] = ["host", "pc", "arrival", "arrived", "received", "recv", "rx"];
@@ -15,7 +15,7 @@ const HOSTS: [&str; 7] = ["host", "pc", "arrival", "arrived", "received", "recv"
 const BARE_DELTA: [&str; 1] = ["delta"];
 
 impl Decision<'_> {
-    /// Whether a column's name says that it is the time since the row before.
+    /// Whether a column is by its name the time since the previous row.
     pub(super) fn is_interval(&self, at: usize) -> bool {
         let words: Vec<&str> = self.name_facts[at]
             .words
@@ -25,7 +25,7 @@ impl Decision<'_> {
         self.name_facts[at].role == Some(Role::Interval) || words == BARE_DELTA
     }
 
-    /// Whether a name says a time by more than the unit in its brackets, as `ESC signal (µs)` does not.
+    /// Whether a name states a time by more than the unit in its brackets; `ESC signal (µs)` does not.
     fn is_time_by_name(&self, at: usize) -> bool {
         let facts = &self.name_facts[at];
         facts.role == Some(Role::Time) && (facts.is_named || facts.words.len() == 1)

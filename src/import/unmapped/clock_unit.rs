@@ -1,11 +1,11 @@
-//! The unit of a clock whose name says none: what its step leaves, and of several what else in the log tells the time.
+//! The unit of a clock without one in its name: the units that its step allows; of several, the one that other columns of the log agree with.
 
 use super::clock_units::{in_seconds, units_of_clock};
 use super::decide::{Decision, short};
 use super::readings::Readings;
 use super::units::Role;
 
-/// Words of counters that tell time, beside those of an encoder.
+/// Words of time counters in addition to those of encoder counters.
 const TICKS: [&str; 7] = [
     "ticks",
     "tick",
@@ -26,17 +26,17 @@ const LEAST_TICKS: f64 = 1000.0;
 /// Two clocks agree on a unit within this factor: units are 10 and more apart.
 const AGREES: f64 = 1.5;
 
-/// Sample time in s to which the unit that is proposed comes nearest.
+/// The proposed unit is the one with the sample time nearest to this, in s.
 const USUAL_S: f64 = 0.02;
 
-/// A unit, and what in the log tells it, where the name does not.
+/// A unit and its source in the log, if not the name.
 pub(super) struct ClockUnit {
     pub unit: &'static str,
     pub by: Option<String>,
 }
 
 impl Decision<'_> {
-    /// Whether a column named like an encoder's counts is a counter of time: it goes on evenly, beside a column of the motion.
+    /// Whether a column named like an encoder's counts is a time counter: it advances evenly, and another column is the motion.
     pub(super) fn is_tick_clock(&self, at: usize) -> bool {
         let column = self.column(at);
         let step = column.median_step();
@@ -60,8 +60,8 @@ impl Decision<'_> {
         words.iter().any(|word| list.contains(&word.as_str()))
     }
 
-    /// The unit of a clock that goes on by `step` a row: the only one that gives rows as motors are sampled; or of several the one
-    /// in which it agrees with another clock of the log, or with the sample time that a line states. Else the question.
+    /// The unit of a clock with this step from row to row: the only one with a usual sample time; of several, the one in which it agrees with
+    /// another clock of the log or with a stated sample time. Otherwise the missing fact.
     pub(super) fn unit_by_step(&self, at: usize, step: f64) -> Result<ClockUnit, (String, String)> {
         let (name, flag) = (self.name(at), self.flag_name(at));
         if self.has_word(at, &CYCLES) {
@@ -119,15 +119,15 @@ impl Decision<'_> {
                 .collect();
             let ((from, from_other), (to, to_other)) = (*both.first()?, *both.last()?);
             let step_s = (to_other - from_other) * in_seconds(unit) * step / (to - from);
-            let is_told = other != at && is_time && kind.go_on() && step_s > 0.0;
-            is_told.then(|| (step_s, self.name(other)))
+            let is_source = other != at && is_time && kind.go_on() && step_s > 0.0;
+            is_source.then(|| (step_s, self.name(other)))
         };
         let by_interval = |other: usize| {
             let unit = self.name_facts[other].unit?;
             let readings = self.readings(other);
-            let is_told = self.name_facts[other].role == Some(Role::Interval)
+            let is_source = self.name_facts[other].role == Some(Role::Interval)
                 && Readings::of(&readings) == Readings::NearOne;
-            is_told.then(|| {
+            is_source.then(|| {
                 let step_s = super::clock::median(readings) * in_seconds(unit);
                 (step_s, self.name(other))
             })

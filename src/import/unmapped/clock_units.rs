@@ -1,12 +1,12 @@
-//! Units of clocks, as far as their readings tell them: by the step from row to row, by times of this century, by where a counter wraps.
+//! Units of clocks from their readings: the step from row to row, times of this century, the range at which a counter wraps.
 
 use super::super::stamp::DAY_S;
 use super::column::Column;
 
-/// Sample times in s of motors' logs: 5 kHz to a row a second, which shows no motor's start. A clock that goes on by 20 counts ms then,
-/// since 20 us and 20 s are none; from 200 to 900 it may count us or ms.
+/// Sample times in s of motors' logs: 5 kHz to about a row a second, too slow for any start of a motor. A step of 20 is then in ms, since 20 us
+/// and 20 s are outside; a step of 200 to 900 may be in us or ms.
 const SAMPLE_TIMES_S: (f64, f64) = (2e-4, 0.9);
-/// Sample times in s of a PC that logs a stopwatch of 100 ns.
+/// Sample times in s of a PC program with a stopwatch in units of 100 ns.
 const STOPWATCH_S: (f64, f64) = (5e-3, 0.2);
 /// Days since 1900 from 1982 to 2064.
 const SPREADSHEET_DAYS: (f64, f64) = (30_000.0, 60_000.0);
@@ -72,8 +72,8 @@ pub(super) fn is_days(column: &Column, step: f64) -> bool {
         && (least_s..=most_s).contains(&(step * DAY_S))
 }
 
-/// The units in which a clock that goes on by `step` a row gives a sample time that motors are sampled with. The 100 ns of a stopwatch
-/// are a PC's, whose rows are slower, except of a counter of `ticks`.
+/// The units in which a step of the clock is a usual sample time of motors. Units of 100 ns are a PC's, whose rows are slower, except for a
+/// counter of `ticks`.
 pub(super) fn units_of_clock(step: f64, is_ticks: bool) -> Vec<&'static str> {
     let units = ["s", "ms", "us", "100ns", "ns"].into_iter();
     units

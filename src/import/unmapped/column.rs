@@ -23,7 +23,7 @@ pub(super) struct Column {
     /// The import can ask for it by its name.
     pub is_by_name: bool,
     pub unit_line: Option<String>,
-    /// NaN where a cell is none. Whole numbers beyond the floats are counted from the first one.
+    /// NaN for a cell that is no number. Integers beyond 2^53 are relative to the first one.
     pub numbers: Vec<f64>,
     first: Option<FirstReading>,
     /// Of a time stamp the seconds; NaN where a cell is none.

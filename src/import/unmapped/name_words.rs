@@ -104,7 +104,7 @@ pub(super) const COMMANDS: &[&str] = &[
 ];
 /// A voltage of a controller that turns its motor's field: its setpoint is the command.
 pub(super) const FIELD_VOLTAGES: &[&str] = &["uq", "vq"];
-/// German names are one word; what stands at its end is the quantity, what before it says which.
+/// German names are one word: its end is the quantity, its beginning specifies it.
 pub(super) const ENDS: &[&str] = &["drehzahl", "geschwindigkeit", "spannung", "winkel", "strom"];
 /// Names of a controller's output, if no column is named as a command.
 pub(super) const OUTPUTS: &[&str] = &[
