@@ -6,9 +6,10 @@ use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
-    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, class_words,
-    effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
-    named_parts, of_reference, overlays, torque_words,
+    BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
+    cause_words, class_of_cause, class_words, effects_words, few_words, fitted_words,
+    identifiable_rows, interval_words, measured, named_parts, of_reference, overlays, sets_note,
+    smoothing_words, torque_words,
 };
 use crate::report::number::{figure, percent, probability};
 use crate::report::table::Table;
@@ -42,27 +43,19 @@ pub(super) fn show(
     }
     output.line("\nERROR BUDGET")?;
     budget(diagnosis, output)?;
-    output.line("\nCAUSES (probability that an effect is present, alone or with others)")?;
+    output.line("\nCAUSES (probability that an effect is present, alone or with others; of a class, if these runs do not separate its effects, that one of them is)")?;
     for class in &diagnosis.classes {
         output.line(&format!("  not separated: {}", class_words(class)))?;
     }
     let is_listed =
         |(place, cause): &(usize, &Cause)| *place < LISTED || cause.inclusion >= LISTED_FROM;
     let listed = diagnosis.causes.iter().enumerate().filter(is_listed);
-    let (at_bound, others): (Vec<&Cause>, Vec<&Cause>) = listed
-        .map(|(_, cause)| cause)
-        .partition(|cause| cause.at_bound);
-    for cause in others {
-        one_cause(diagnosis, cause, output)?;
-    }
-    if !at_bound.is_empty() {
-        output.line("  with a parameter at the limit of its range, not counted as identified:")?;
-    }
-    for cause in at_bound {
+    for (_, cause) in listed {
         one_cause(diagnosis, cause, output)?;
     }
     output.line("\nSETS OF EFFECTS")?;
-    output.line(&sets(&diagnosis.sets[..diagnosis.sets.len().min(LISTED)]))?;
+    let listed = &diagnosis.sets[..diagnosis.sets.len().min(LISTED)];
+    output.line(&sets(listed, diagnosis))?;
     output.line("IDENTIFIABLE PARAMETERS")?;
     identifiable(diagnosis, output)?;
     output.line("\nRECORDED OVER SIMULATED")?;
@@ -75,12 +68,12 @@ pub(super) fn show(
 
 /// Prints the search, all sets with their scores, and the terms of the scores.
 pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    output.line("\nSEARCH (log score in nats; screened: expected gain of an effect from one starting value, before it is fitted)")?;
+    output.line("\nSEARCH (log score in nats; screened: expected gain of an effect from one starting value, before it is fitted; an effect may be screened from several)")?;
     for step in &diagnosis.steps {
         output.line(step.to_string().trim_end())?;
     }
     output.line("\nALL SETS")?;
-    output.line(&sets(&diagnosis.sets))?;
+    output.line(&sets(&diagnosis.sets, diagnosis))?;
     let scoring = &diagnosis.scoring;
     output.line(&format!(
         "  score: {}; effective observations {}; random load torque {} of stall; whitened residual variance {} times its expectation (1: the noise model is adequate)",
@@ -127,8 +120,11 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
         cause_words(cause.effect),
         cause.stage
     );
-    if let (Some(class), Some(p)) = (cause.class, cause.class_probability) {
-        line.push_str(&format!("; class {class}: {}", probability(p)));
+    if let Some(class) = class_of_cause(cause) {
+        line.push_str(&format!("; class {class}"));
+    }
+    if let Some(reason) = cause.not_identified() {
+        line.push_str(&format!("; not identified: {reason}"));
     }
     output.line(&line)?;
     if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < DETAILED_FROM {
@@ -139,8 +135,12 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
         let reference = number.reference.map_or_else(String::new, |then| {
             format!("; {} in the reference", figure(then, 4))
         });
+        let limit = match number.at_bound {
+            true => "; at the limit of its range",
+            false => "",
+        };
         output.line(&format!(
-            "            {name} = {} {} (95 %: {}{reference})",
+            "            {name} = {} {} (95 %: {}{reference}{limit})",
             figure(number.value, 4),
             number.unit,
             interval_words(&number)
@@ -149,7 +149,7 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
     Ok(())
 }
 
-fn sets(sets: &[EffectSet]) -> String {
+fn sets(sets: &[EffectSet], diagnosis: &Diagnosis) -> String {
     let mut table = Table::new([
         "probability",
         "log score (nats)",
@@ -164,18 +164,27 @@ fn sets(sets: &[EffectSet]) -> String {
             effects_words(&set.effects),
         ]);
     }
-    table.to_string()
+    format!("{table}  {}\n", sets_note(diagnosis))
 }
 
 fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    let mut table = Table::new(["parameter", "value", "95\u{a0}% interval", "unit"]);
-    for (name, number) in identifiable_rows(diagnosis) {
-        table.row([
+    let has_file = diagnosis.identifiable.motor_file.is_some();
+    let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
+    if has_file {
+        names.insert(1, MOTOR_FILE_COLUMN);
+    }
+    let mut table = Table::new(names);
+    for (name, number, given) in identifiable_rows(diagnosis) {
+        let mut row = vec![
             name.to_owned(),
             figure(number.value, 4),
             interval_words(&number),
             number.unit.to_owned(),
-        ]);
+        ];
+        if has_file {
+            row.insert(1, given.map_or_else(String::new, |given| figure(given, 4)));
+        }
+        table.row(row);
     }
     output.line(table.to_string().trim_end())?;
     output.line(&format!("  {}", torque_words(diagnosis)))
@@ -195,7 +204,10 @@ fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> R
         let name = one_line(&overlay.name);
         output.line(&format!("  {name}: {}", overlay.caption))?;
     }
-    Ok(())
+    match smoothing_words(&overlays) {
+        Some(words) => output.line(&format!("  {}", one_line(&words))),
+        None => Ok(()),
+    }
 }
 
 /// The stage of the identified effects; several if the members of their classes differ.

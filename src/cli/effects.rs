@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::motor_file::motor_file;
 use super::{Failure, Output, Status};
+use crate::diagnose::is_parameter_change;
 use crate::effects::{Entry, Number, entries, rounded};
 use crate::motor::catalogue::{Stage, catalogue};
 use crate::motor::plausible::Shown;
@@ -88,7 +89,11 @@ fn unknown(id: &str) -> Failure {
 }
 
 fn block(entry: &Entry, with_example: bool) -> String {
-    let mut text = format!("  {}: {}\n", entry.effect, entry.summary);
+    let change = match is_parameter_change(entry.effect) {
+        true => " A parameter change beyond tolerance.",
+        false => "",
+    };
+    let mut text = format!("  {}: {}{change}\n", entry.effect, entry.summary);
     let mut say = |what: &str, words: &str| {
         let _ = writeln!(text, "    {what:<14}{words}");
     };

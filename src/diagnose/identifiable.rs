@@ -3,7 +3,7 @@
 use super::fit::Fit;
 use super::intervals::{covariance, interval_of};
 use super::model::Base;
-use super::report::{Identifiable, KnownTorque, NominalSource};
+use super::report::{Identifiable, KnownTorque, MotorFileValues, NominalSource};
 use super::segments::{Segments, drag};
 use crate::motor::{CommandKind, Parameters};
 
@@ -26,18 +26,29 @@ pub(crate) fn identifiable(
         CommandKind::Current => ("rad/s/A", "A"),
         CommandKind::Torque => ("rad/s/(N m)", "N m"),
     };
-    let drag = |p: &Parameters| drag(p, base.kind);
-    let least = f64::MIN_POSITIVE;
+    let drag = |p: &Parameters| drag(p, base.kind).max(f64::MIN_POSITIVE);
+    let speed = |p: &Parameters| 1.0 / (drag(p) * per_nm(p)).max(f64::MIN_POSITIVE);
+    let mechanical = |p: &Parameters| p.inertia_kg_m2 / drag(p);
+    let friction = |p: &Parameters| p.coulomb_friction_nm * per_nm(p);
     let electrical = |p: &Parameters| p.inductance_h / p.resistance_ohm;
+    let is_voltage = base.kind == CommandKind::Voltage;
+    let given = &base.motor.parameters;
     let motor = fit.model.motor(&fit.x);
     let has_torque =
         base.torque_identifiable || (source == NominalSource::Given && !motor.resistance_assumed);
     Identifiable {
-        speed_per_volt: of(speed_unit, &|p| 1.0 / (drag(p) * per_nm(p)).max(least)),
-        time_constant_s: of("s", &|p| p.inertia_kg_m2 / drag(p).max(least)),
-        friction_v: of(command_unit, &|p| p.coulomb_friction_nm * per_nm(p)),
-        electrical_time_constant_s: (base.kind == CommandKind::Voltage)
-            .then(|| of("s", &electrical)),
+        speed_per_volt: of(speed_unit, &speed),
+        time_constant_s: of("s", &mechanical),
+        friction_v: of(command_unit, &friction),
+        electrical_time_constant_s: is_voltage.then(|| of("s", &electrical)),
+        motor_file: (source == NominalSource::Given && base.reference.is_none()).then(|| {
+            MotorFileValues {
+                speed_per_volt: speed(given),
+                time_constant_s: mechanical(given),
+                friction_v: friction(given),
+                electrical_time_constant_s: is_voltage.then(|| electrical(given)),
+            }
+        }),
         si: has_torque.then(|| KnownTorque {
             source: if base.torque_identifiable {
                 "known_load"

@@ -85,6 +85,7 @@ fn ends(
         lo95: a.min(b),
         hi95: a.max(b),
         unit: "",
+        at_bound: false,
         reference: None,
         in_command: None,
     }
@@ -172,6 +173,7 @@ pub(crate) fn interval_of(
         lo95: value - half,
         hi95: value + half,
         unit,
+        at_bound: false,
         reference: None,
         in_command: None,
     }

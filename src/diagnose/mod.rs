@@ -44,13 +44,15 @@ pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
     Alternative, BadRecording, BudgetStep, Cause, CommandInterval, Diagnosis, EffectClass,
     EffectSet, Fitted, FloorParts, Gap, GoodEnough, Identifiable, Interval, KnownChange,
-    KnownTorque, NextExperiment, NominalSource, Place, PredictedRun, Quick, ReferenceRuns, Regime,
-    Region, SHAPE, Scoring, SearchStep, Unexplained, Verdict, other_means,
+    KnownTorque, MotorFileValues, NextExperiment, NominalSource, Place, PredictedRun, Quick,
+    ReferenceRuns, Regime, Region, SHAPE, Scoring, SearchStep, Unexplained, Verdict,
 };
 pub use run_facts::{Role, RunFacts, WithRuns};
+pub use sentence::other_means;
 pub use settings::Settings;
 
 pub(crate) use classes::class_of;
+pub(crate) use model::is_parameter_change;
 pub(crate) use report::without_assumed_unit;
 
 use std::borrow::Cow;
@@ -139,7 +141,7 @@ pub fn diagnose(
     motor: &Motor,
     options: &Options<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let begun = Instant::now();
+    let started = Instant::now();
     let settings = &options.settings;
     let recorded = runs;
     let runs = &without_named_samples(runs)[..];
@@ -178,12 +180,12 @@ pub fn diagnose(
         || report::asked(runs, held_out, options.reference),
         str::to_owned,
     );
-    let made = document::document(&prepared, &found, stated, held.as_ref(), options, &asked);
+    let floor = (stated, reference);
+    let made = document::document(&prepared, &found, floor, held.as_ref(), options, &asked);
     let mut diagnosis = made.ok_or(DiagnoseError::NoFit)?;
-    diagnosis.reference = reference;
     diagnosis.data = check(recorded, Some(motor));
     diagnosis.simulated_samples = found.segments.work.samples();
-    diagnosis.elapsed_s = begun.elapsed().as_secs_f64();
+    diagnosis.elapsed_s = started.elapsed().as_secs_f64();
     Ok(diagnosis)
 }
 

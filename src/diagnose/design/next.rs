@@ -6,6 +6,8 @@
 //! deviations apart. If no profile separates the two most probable sets, known changes on the bench are tried as
 //! well.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::change::known_changes;
@@ -57,13 +59,17 @@ struct Bench<'a> {
     sets: Vec<(&'a Scored, f64)>,
     at: Sampling,
     duration_s: f64,
+    /// Effects about which no recording needs to decide.
+    settled: &'a [&'a str],
 }
 
-/// Next experiment; `None` if at most one set remains, or if no experiment separates any two.
+/// Next experiment; `None` if at most one set remains, or if no experiment separates any two. Sets that differ in
+/// `settled` effects only are not separated.
 pub(crate) fn next_experiment(
     prepared: &Prepared,
     searched: &Searched,
     posterior: &[Weighed],
+    settled: &[&str],
 ) -> Option<NextExperiment> {
     let Prepared {
         all, base, runs, ..
@@ -97,6 +103,7 @@ pub(crate) fn next_experiment(
             supply_v: base.motor.parameters.supply_v,
         },
         duration_s,
+        settled,
     };
     let chosen = bench.chosen()?;
     let profile = bench.profile(chosen.word);
@@ -153,7 +160,8 @@ impl Bench<'_> {
         // small, for any recording.
         let [one, other] = [0, 1].map(|k| self.sets[k].0.fit.ids());
         let is_nested = contains(&one, &other) || contains(&other, &one);
-        if !is_nested && plain.iter().all(|one| one.separations[0] < least) {
+        if !is_nested && self.is_open((0, 1)) && plain.iter().all(|one| one.separations[0] < least)
+        {
             let best = &self.sets[0].0.fit;
             let mut motor = best.model.motor(&best.x);
             motor.parameters.supply_v = self.at.supply_v;
@@ -166,7 +174,10 @@ impl Bench<'_> {
                 return Some(best);
             }
         }
-        let separates = |one: &Tried| one.separations.iter().any(|d| *d >= least);
+        let separates = |one: &Tried| {
+            let mut pairs = pairs(self.sets.len()).zip(&one.separations);
+            pairs.any(|(pair, d)| *d >= least && self.is_open(pair))
+        };
         plain.into_iter().find(separates)
     }
 
@@ -248,10 +259,20 @@ impl Bench<'_> {
         Errors::ScaleFree(found.judge.n_eff / (segments.len as f64 * mean_square))
     }
 
-    /// Expected probability of the pairs that an experiment separates.
+    /// Whether two sets differ in an effect that is not settled.
+    fn is_open(&self, (i, j): (usize, usize)) -> bool {
+        let open = |k: usize| -> BTreeSet<&str> {
+            let ids = self.sets[k].0.fit.ids().into_iter();
+            ids.filter(|id| !self.settled.contains(id)).collect()
+        };
+        open(i) != open(j)
+    }
+
+    /// Expected probability of the open pairs that an experiment separates.
     fn value(&self, one: &Tried) -> f64 {
         let pairs = pairs(self.sets.len()).zip(&one.separations);
         pairs
+            .filter(|(pair, _)| self.is_open(*pair))
             .map(|((i, j), d)| self.sets[i].1 * self.sets[j].1 * (1.0 - (-d * d / 8.0).exp()))
             .sum()
     }
@@ -261,12 +282,13 @@ impl Bench<'_> {
         let ids: Vec<Vec<&str>> = self.sets.iter().map(|set| set.0.fit.ids()).collect();
         let (mut found, mut smallest) = (Vec::new(), f64::INFINITY);
         for ((i, j), separation) in pairs(ids.len()).zip(&one.separations) {
-            if *separation < self.prepared.base.settings.separable {
+            if *separation < self.prepared.base.settings.separable || !self.is_open((i, j)) {
                 continue;
             }
             smallest = smallest.min(*separation);
             for (mine, theirs) in [(&ids[i], &ids[j]), (&ids[j], &ids[i])] {
-                found.extend(mine.iter().filter(|id| !theirs.contains(id)).copied());
+                let differs = |id: &&&str| !theirs.contains(id) && !self.settled.contains(id);
+                found.extend(mine.iter().filter(differs).copied());
                 found.extend(mine.is_empty().then_some("none"));
             }
         }
@@ -311,7 +333,7 @@ mod tests {
         for (k, set) in posterior.iter_mut().enumerate() {
             set.probability = if k == 0 || k == rival { 0.5 } else { 0.0 };
         }
-        let next = next_experiment(&prepared, &found, &posterior).expect("an experiment");
+        let next = next_experiment(&prepared, &found, &posterior, &[]).expect("an experiment");
         assert!(next.expected_separation >= settings.separable, "{next:?}");
         assert!(!next.tells_apart.is_empty(), "{next:?}");
         assert!(next.command.contains(&next.profile), "{next:?}");
@@ -320,6 +342,6 @@ mod tests {
             .iter_mut()
             .skip(1)
             .for_each(|set| set.probability = 0.0);
-        assert_eq!(next_experiment(&prepared, &found, &posterior), None);
+        assert_eq!(next_experiment(&prepared, &found, &posterior, &[]), None);
     }
 }

@@ -6,7 +6,7 @@ use crate::diagnose::classes::{class_of, members_of};
 use crate::diagnose::command_units::CommandUnits;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::intervals::{covariance, interval};
-use crate::diagnose::model::{BASE, Base};
+use crate::diagnose::model::{BASE, Base, Parameter};
 use crate::diagnose::report::{Alternative, Cause, EffectClass, EffectSet, Interval};
 use crate::diagnose::score::posterior;
 use crate::diagnose::search::Scored;
@@ -35,29 +35,61 @@ pub(crate) fn weighed(sets: &[Scored], settings: &Settings) -> Vec<Weighed> {
 pub(super) fn at_bound(fit: &Fit) -> Vec<&'static str> {
     let parameters = fit.model.parameters.iter().zip(&fit.x);
     parameters
-        .filter_map(|(parameter, x)| {
-            let ParameterId::Effect(index, _) = parameter.id else {
-                return None;
-            };
-            let near = SAME * (parameter.hi - parameter.lo).abs();
-            let is_at = *x <= parameter.lo + near || *x >= parameter.hi - near;
-            is_at.then(|| kind(index).id)
+        .filter_map(|(parameter, x)| match parameter.id {
+            ParameterId::Effect(index, _) if is_at_bound(parameter, *x) => Some(kind(index).id),
+            _ => None,
         })
         .collect()
 }
 
-/// Members of an effect's class that have a probability.
+fn is_at_bound(parameter: &Parameter, x: f64) -> bool {
+    let near = SAME * (parameter.hi - parameter.lo).abs();
+    x <= parameter.lo + near || x >= parameter.hi - near
+}
+
+/// Effects that would remove as much in place of one: members of its class that have a probability, and rivals, which
+/// probable sets without it have in its place.
 pub(super) fn alternatives(id: &str, weighed: &[Weighed]) -> Vec<Alternative> {
     let members = class_of(id).map_or(&[][..], members_of);
-    let mut found: Vec<Alternative> = (members.iter().filter(|member| **member != id))
-        .map(|member| Alternative {
-            effect: member,
-            probability: inclusion(weighed, &[member]),
+    let is_listed = |other: &&'static str| inclusion(weighed, &[other]) >= LISTED_FROM;
+    let mut ids: Vec<&'static str> = members.iter().copied().filter(is_listed).collect();
+    ids.extend(rivals(id, weighed));
+    ids.retain(|other| *other != id);
+    ids.sort_unstable();
+    ids.dedup();
+    let mut found: Vec<Alternative> = (ids.into_iter())
+        .map(|effect| Alternative {
+            effect,
+            probability: inclusion(weighed, &[effect]),
         })
-        .filter(|one| one.probability >= LISTED_FROM)
         .collect();
     found.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     found
+}
+
+/// Effects that sets without `id` have beyond the most probable set with it, and more often than sets with it.
+fn rivals(id: &str, weighed: &[Weighed]) -> Vec<&'static str> {
+    let has = |set: &&Weighed| set.ids.contains(&id);
+    let best = (weighed.iter().filter(has)).max_by(|a, b| a.probability.total_cmp(&b.probability));
+    let Some(best) = best else {
+        return Vec::new();
+    };
+    let mut others: Vec<&'static str> = (weighed.iter().filter(|set| !has(set)))
+        .flat_map(|set| set.ids.iter().copied())
+        .filter(|other| !best.ids.contains(other))
+        .collect();
+    others.sort_unstable();
+    others.dedup();
+    let together = |other: &str, is_with: bool| -> f64 {
+        let sets = weighed.iter().filter(|set| has(set) == is_with);
+        let sets = sets.filter(|set| set.ids.contains(&other));
+        sets.map(|set| set.probability).sum()
+    };
+    others.retain(|other| {
+        let without = together(other, false);
+        without >= LISTED_FROM && without > together(other, true)
+    });
+    others
 }
 
 pub(super) fn classes(weighed: &[Weighed], named: &[Identified]) -> Vec<EffectClass> {
@@ -85,7 +117,7 @@ pub(super) fn causes(
     sets: &[Scored],
     weighed: &[Weighed],
     reported: Option<&Fit>,
-    (named, bounded): (&[&'static str], &[&'static str]),
+    (named, bounded, rejected): (&[&'static str], &[&'static str], &[&'static str]),
     units: Option<CommandUnits>,
 ) -> Vec<Cause> {
     let mut ids: Vec<&'static str> = weighed.iter().flat_map(|set| set.ids.clone()).collect();
@@ -112,12 +144,12 @@ pub(super) fn causes(
                 class: class.filter(|_| !is_separated),
                 class_probability: (!is_separated).then_some(of_class),
                 at_bound: bounded.contains(&id) || at_bound(from).contains(&id),
+                immaterial: rejected.contains(&id),
                 parameters: parameters(segments, base, from, id, units),
             })
         })
         .collect();
-    // An effect at the limit of a range is not identified.
-    found.sort_by(|a, b| (a.at_bound.cmp(&b.at_bound)).then(b.inclusion.total_cmp(&a.inclusion)));
+    found.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
     found
 }
 
@@ -148,6 +180,7 @@ fn parameters(
         match parameter.id {
             ParameterId::Effect(of, which) if of == index => {
                 let mut one = interval(segments, fit, &covariance, k, units);
+                one.at_bound = is_at_bound(parameter, fit.x[k]);
                 one.reference = reference(parameter.id, &kind.parameters[which]);
                 let reference = units.and_then(|units| units.of(&one)?.reference);
                 if let Some(own) = &mut one.in_command {
@@ -182,6 +215,7 @@ fn parameters(
             lo95: value,
             hi95: value,
             unit: parameter.unit,
+            at_bound: false,
             reference: None,
             in_command: None,
         });

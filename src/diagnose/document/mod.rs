@@ -16,12 +16,13 @@ use super::nested::{self, Step};
 use super::noise::{LinearPlant, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
-    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun, Quick,
-    SHAPE, Scoring, Unexplained, Verdict,
+    BudgetStep, Cause, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun,
+    Quick, ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::{effective_observations, likelihood, plant_of};
 use super::search::{Found, Scored};
 use super::segments::{Segment, Segments};
+use super::settings::Settings;
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{
     BudgetShares, Identified, Weighed, identified, immaterial, inclusion, joint, verdict,
@@ -38,7 +39,7 @@ const METRIC: &str = "multi-step prediction error of the position over segments,
 pub(super) fn document(
     prepared: &Prepared,
     searched: &Searched,
-    stated: FloorParts,
+    (stated, reference): (FloorParts, Option<ReferenceRuns>),
     held: Option<&Segments>,
     options: &Options<'_>,
     asked: &str,
@@ -65,9 +66,10 @@ pub(super) fn document(
         rounding: searched.quantization,
         ..stated
     };
-    let mut bounded = Vec::new();
+    let (mut bounded, mut rejected) = (Vec::new(), Vec::new());
     let (steps, errors, random, floors, shares, n_eff) = loop {
-        let steps = nested_fits(segments, base, &without, (&mut named, &mut bounded), found);
+        let dropped = (&mut bounded, &mut rejected);
+        let steps = nested_fits(segments, base, &without, &mut named, dropped, found);
         let errors = errors(base, segments, &steps, judged_on)?;
         let judged_on = judged_on.unwrap_or(segments);
         let random = steps
@@ -97,7 +99,10 @@ pub(super) fn document(
         let is_above_floor = found.judge.is_relevant && shares.left(last).1 > 0.0;
         let removes_little = || immaterial(&effects, settings).filter(|_| is_above_floor);
         match added.or_else(removes_little) {
-            Some(k) => named.retain(|one| one.effect != steps[2 + k].name),
+            Some(k) => {
+                rejected.push(steps[2 + k].name);
+                named.retain(|one| one.effect != steps[2 + k].name);
+            }
             None => break (steps, errors, random, floors, shares, n_eff),
         }
     };
@@ -123,10 +128,10 @@ pub(super) fn document(
             shares.left(last).0
         },
     };
-    let mut said = verdict(&budget_shares, &named, none, settings);
-    let is_named = matches!(said, Verdict::Effect | Verdict::Partial);
+    let mut verdict = verdict(&budget_shares, &named, none, settings);
+    let is_named = matches!(verdict, Verdict::Effect | Verdict::Partial);
     if let Some(then) = &base.reference {
-        said = match said {
+        verdict = match verdict {
             Verdict::Parameters if none < settings.identified => Verdict::Ambiguous,
             Verdict::NoGap | Verdict::Parameters => Verdict::NoChange,
             // Error that is unexplained in the reference runs is no change either.
@@ -138,14 +143,14 @@ pub(super) fn document(
             other => other,
         };
     }
-    let probability = match said {
+    let probability = match verdict {
         Verdict::Effect | Verdict::Partial => joint(&weighed, &named),
         Verdict::Ambiguous => 1.0 - none,
         _ => none,
     };
     let best = &steps[last].fit;
     // The step whose motor is reported.
-    let shown = match said {
+    let shown = match verdict {
         Verdict::NoGap | Verdict::NoChange => 0,
         Verdict::Effect | Verdict::Partial => last,
         _ => 1,
@@ -179,10 +184,10 @@ pub(super) fn document(
     let of_named: Vec<&'static str> = (steps[2..].iter().map(|step| step.name)).collect();
     let effects = if is_named { of_named } else { Vec::new() };
     let model = reported.model.motor(&reported.x);
-    let place = place(&weighed, &unexplained, said, &effects);
+    let place = place(&weighed, &unexplained, verdict, &effects);
     let mut diagnosis = Diagnosis {
         shape: SHAPE,
-        verdict: said,
+        verdict,
         sentence: String::new(),
         parts: Default::default(),
         probability,
@@ -198,7 +203,7 @@ pub(super) fn document(
             &found.sets,
             &weighed,
             is_named.then_some(best),
-            (&effects, &bounded),
+            (&effects, &bounded, &rejected),
             CommandUnits::new(base, options.nominal_source),
         ),
         sets: sets(&found.sets, &weighed),
@@ -231,7 +236,7 @@ pub(super) fn document(
         scoring: scoring(found.best(), found.judge.is_likelihood, found.judge.n_eff),
         elapsed_s: 0.0,
         simulated_samples: 0,
-        reference: None,
+        reference,
         nominal_source: options.nominal_source,
         predicted: predicted(judged_on, &errors),
         command_kind: base.kind,
@@ -239,7 +244,9 @@ pub(super) fn document(
         model,
         refitted: steps[1].fit.model.motor(&steps[1].fit.x),
     };
-    let is_settled = match said {
+    let is_undescribed = sentence::is_undescribed(&diagnosis, settings);
+    let is_settled = match verdict {
+        _ if is_undescribed => true,
         Verdict::NoGap | Verdict::NoChange => true,
         Verdict::Effect | Verdict::Parameters => {
             probability >= settings.confident && diagnosis.classes.is_empty()
@@ -249,7 +256,8 @@ pub(super) fn document(
     if !is_settled {
         (options.progress)("choosing what to record next");
         (options.done)(NEXT_FROM);
-        diagnosis.next_experiment = design::next_experiment(prepared, searched, &weighed);
+        let settled = settled(&diagnosis.causes, settings);
+        diagnosis.next_experiment = design::next_experiment(prepared, searched, &weighed, &settled);
     }
     diagnosis.note = sentence::note(
         &diagnosis,
@@ -259,18 +267,19 @@ pub(super) fn document(
         segments.runs.iter().any(|run| run.is_closed_loop),
     );
     diagnosis.parts = sentence::parts(&diagnosis, asked, settings);
-    let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
-    diagnosis.sentence = said.cloned().collect::<Vec<_>>().join(" ");
+    let parts = diagnosis.parts.iter().filter(|part| !part.is_empty());
+    diagnosis.sentence = parts.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)
 }
 
 /// The nested models of the effects that are identified, without those that remove nothing in the reported fits or have a parameter at a
-/// bound of its range there: these are no longer among the named ones, the latter are among the bounded ones.
+/// bound of its range there: these are no longer among the named ones, but among the rejected or the bounded ones.
 fn nested_fits(
     segments: &Segments,
     base: &Base,
     without: &[Step],
-    (named, bounded): (&mut Vec<Identified>, &mut Vec<&'static str>),
+    named: &mut Vec<Identified>,
+    (bounded, rejected): (&mut Vec<&'static str>, &mut Vec<&'static str>),
     found: &Found,
 ) -> Vec<Step> {
     loop {
@@ -279,6 +288,7 @@ fn nested_fits(
         let ended_at_bound = at_bound(&steps[steps.len() - 1].fit);
         let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
         let not_reached = ids.iter().find(|id| !is_reached(id)).copied();
+        rejected.extend(not_reached);
         let dropped = not_reached.or_else(|| {
             let first = ended_at_bound
                 .first()
@@ -292,6 +302,16 @@ fn nested_fits(
             None => break steps,
         }
     }
+}
+
+/// Effects about which no recording needs to decide: probable ones with a parameter at a bound, and immaterial ones.
+fn settled(causes: &[Cause], settings: &Settings) -> Vec<&'static str> {
+    let is_settled = |cause: &&Cause| {
+        cause.immaterial || cause.at_bound && cause.inclusion >= settings.identified
+    };
+    (causes.iter().filter(is_settled))
+        .map(|cause| cause.effect)
+        .collect()
 }
 
 /// Intervals of the diagnosed and the held-out runs in which the drive was off under its command.
@@ -389,7 +409,7 @@ fn budget(
 fn place(
     weighed: &[Weighed],
     unexplained: &Unexplained,
-    said: Verdict,
+    verdict: Verdict,
     effects: &[&'static str],
 ) -> Place {
     let probability = |stage: Stage| -> f64 {
@@ -406,7 +426,7 @@ fn place(
             .into_iter()
             .map(|stage| (stage.id(), probability(stage)))
             .collect(),
-        regions: match said {
+        regions: match verdict {
             Verdict::NoGap | Verdict::NoChange => Vec::new(),
             _ => unexplained.regions.clone(),
         },

@@ -72,6 +72,11 @@ impl Base {
     }
 }
 
+/// Whether an effect is a change of a base parameter beyond its tolerance.
+pub(crate) fn is_parameter_change(id: &str) -> bool {
+    freed_by(id).is_some()
+}
+
 pub(super) fn freed_by(id: &str) -> Option<usize> {
     let found = WIDENING.iter().find(|(widening, _)| *widening == id);
     found.map(|(_, number)| *number)

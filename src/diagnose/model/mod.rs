@@ -8,7 +8,7 @@ mod reference;
 mod simulate;
 mod tolerances;
 
-pub(crate) use base::{BASE, Base, range_of};
+pub(crate) use base::{BASE, Base, is_parameter_change, range_of};
 pub(crate) use member::{Member, Parameter};
 pub(crate) use parameters::Model;
 pub(crate) use prior::freed_width;

@@ -18,7 +18,7 @@ pub struct BudgetStep {
     pub lo95: f64,
     /// Upper end.
     pub hi95: f64,
-    /// Effects that would remove as much in its place.
+    /// Effects that would remove as much in its place: members of its class, and rivals of other classes.
     pub alternatives: Vec<Alternative>,
 }
 

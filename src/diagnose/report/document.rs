@@ -22,15 +22,17 @@ pub enum Verdict {
     BadRecording,
     /// The nominal model is within the noise floor.
     NoGap,
-    /// No effect is identified, and re-identified parameters remove at least half of the reducible error.
+    /// No effect is identified, and re-identified parameters remove more than 90 % of the reducible error, or at least
+    /// 50 % with P(no effect is present) at least 0.5.
     Parameters,
     /// The named effects are identified, and less than a tenth of the reducible error is unexplained.
     Effect,
     /// The named effects are identified, and a tenth or more is unexplained.
     Partial,
-    /// An effect is present, and no effect or class of effects is identified.
+    /// No effect or class of effects is identified, but P(an effect is present) is above 0.5.
     Ambiguous,
-    /// No effect is identified, and more than half of the reducible error is unexplained.
+    /// P(no effect of the catalogue is present) is at least 0.5, and re-identified parameters leave more than half of
+    /// the reducible error.
     OutsideCatalogue,
     /// With a reference: no difference from the reference runs.
     NoChange,
@@ -59,7 +61,7 @@ impl Verdict {
                 "the error of the nominal model is not significantly above the noise floor"
             }
             Self::Parameters => {
-                "no effect is identified, and re-identified parameters remove at least half of the error"
+                "no effect is identified, and re-identified parameters remove more than 90 % of the error, or at least 50 % with P(no effect is present) at least 0.5"
             }
             Self::Effect => {
                 "the named effects or classes are identified, and less than a tenth of the error is unexplained"
@@ -67,9 +69,9 @@ impl Verdict {
             Self::Partial => {
                 "the named effects or classes are identified, and a tenth or more of the error is unexplained"
             }
-            Self::Ambiguous => "an effect is probable, but none is identified",
+            Self::Ambiguous => "no effect is identified, but P(an effect is present) is above 0.5",
             Self::OutsideCatalogue => {
-                "no effect is identified, and more than half of the error is unexplained"
+                "P(no effect of the catalogue is present) is at least 0.5, and re-identified parameters leave more than half of the error"
             }
             Self::NoChange => "these runs agree with the reference",
         }
@@ -157,8 +159,8 @@ impl Diagnosis {
     pub fn rewrite_next(&mut self, rewrite: impl FnOnce(&str) -> Option<String>) {
         if let Some(next) = rewrite(&self.parts[3]) {
             self.parts[3] = next;
-            let said = self.parts.iter().filter(|part| !part.is_empty());
-            self.sentence = said.cloned().collect::<Vec<_>>().join(" ");
+            let parts = self.parts.iter().filter(|part| !part.is_empty());
+            self.sentence = parts.cloned().collect::<Vec<_>>().join(" ");
         }
     }
 
@@ -217,8 +219,21 @@ pub struct Cause {
     pub class_probability: Option<f64>,
     /// Whether one of its parameters is at a bound, so that it is not identified.
     pub at_bound: bool,
+    /// Whether it removes less than a tenth of the held-out error that is left before it, so that it is not identified.
+    pub immaterial: bool,
     /// Its parameters in the most probable set that contains it, by key.
     pub parameters: BTreeMap<&'static str, Interval>,
+}
+
+impl Cause {
+    /// Why it is not identified although it is probable.
+    pub fn not_identified(&self) -> Option<&'static str> {
+        match (self.at_bound, self.immaterial) {
+            (true, _) => Some("a parameter is at the limit of its range"),
+            (false, true) => Some("it removes less than a tenth of the remaining error"),
+            (false, false) => None,
+        }
+    }
 }
 
 /// A set of effects and its posterior probability.
@@ -269,6 +284,9 @@ pub struct Interval {
     pub hi95: f64,
     /// Unit; empty for a dimensionless value.
     pub unit: &'static str,
+    /// Whether the fit ended at a bound of its range, so that the value is no estimate.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub at_bound: bool,
     /// The value in the reference runs, if there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
@@ -324,6 +342,7 @@ impl Interval {
             lo95: own.lo95,
             hi95: own.hi95,
             unit: own.unit,
+            at_bound: self.at_bound,
             reference: own.reference,
             in_command: None,
         };

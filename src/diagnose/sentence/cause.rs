@@ -22,10 +22,10 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
         Verdict::Parameters if diagnosis.probability < settings.identified => format!(
-            "Re-identified parameters remove {} of {ABOVE_FLOOR}, but P(no effect is present) {p}.{}{}",
+            "Re-identified parameters remove {} of {ABOVE_FLOOR} and leave less than a tenth, so that no effect is needed, although P(no effect is present) {p}.{}{}",
             parameters(),
             candidates(diagnosis),
-            unconfirmed(diagnosis, settings)
+            at_floor(diagnosis)
         ),
         Verdict::Parameters => format!(
             "Re-identified parameters explain the error: they remove {} of {ABOVE_FLOOR}; P(no effect is present) {p}.",
@@ -38,7 +38,7 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
         Verdict::Ambiguous => format!(
             "P(an effect is present) {p}, but none is identified.{}{}",
             candidates(diagnosis),
-            unconfirmed(diagnosis, settings)
+            at_floor(diagnosis)
         ),
         Verdict::Effect | Verdict::Partial => {
             format!("{}{}", identified(diagnosis, &p), also(diagnosis))
@@ -51,14 +51,12 @@ fn share_of(diagnosis: &Diagnosis, step: &str) -> f64 {
     found.map_or(0.0, |one| one.share)
 }
 
-/// Its name and probability, and why it is not identified if a parameter is at a limit.
+/// Its name and probability, and why it is not identified although probable.
 fn with_probability(cause: &Cause) -> String {
-    let limit = match cause.at_bound {
-        true => ", a parameter at the limit of its range: not identified",
-        false => "",
-    };
+    let reason = cause.not_identified();
+    let reason = reason.map_or_else(String::new, |reason| format!(", but {reason}"));
     let p = probability(cause.inclusion);
-    format!("{} (P {p}{limit})", name(cause.effect))
+    format!("{} (P {p}{reason})", name(cause.effect))
 }
 
 /// Causes of at least this probability, the most probable first.
@@ -77,35 +75,21 @@ fn candidates(diagnosis: &Diagnosis) -> String {
     let found: Vec<String> = (found.into_iter().take(MENTIONED))
         .map(with_probability)
         .collect();
-    match found.is_empty() {
-        true => String::new(),
-        false => format!(" Most probable effects: {}.", listed(&found, "and")),
+    match found.as_slice() {
+        [] => String::new(),
+        [only] => format!(" Most probable effect: {only}."),
+        all => format!(" Most probable effects: {}.", listed(all, "and")),
     }
 }
 
-/// Why a probable effect is not identified: it does not reduce the held-out error by a tenth.
-fn unconfirmed(diagnosis: &Diagnosis, settings: &Settings) -> &'static str {
-    // A class has its members' probabilities, and is not identified with one of them at a bound.
-    let is_bounded = |cause: &Cause| {
-        (diagnosis.causes.iter()).any(|other| {
-            other.at_bound
-                && (other.effect == cause.effect
-                    || other.class.is_some() && other.class == cause.class)
-        })
-    };
-    let is_probable = |cause: &Cause| {
-        cause.class_probability.unwrap_or(cause.inclusion) >= settings.identified
-            && !is_bounded(cause)
-    };
-    let is_at_floor = diagnosis.gap.after_parameters <= diagnosis.gap.floor;
-    match (diagnosis.causes.iter().any(is_probable), is_at_floor) {
-        (true, true) => {
-            " It is not counted as identified, since re-identified parameters alone reach the noise floor, although with less probable values."
+/// Re-identified parameters that leave nothing for a probable effect to remove.
+fn at_floor(diagnosis: &Diagnosis) -> &'static str {
+    let has_immaterial = diagnosis.causes.iter().any(|cause| cause.immaterial);
+    match has_immaterial && diagnosis.gap.after_parameters <= diagnosis.gap.floor {
+        true => {
+            " Re-identified parameters alone reach the noise floor, although with less probable values."
         }
-        (true, false) => {
-            " Not identified: adding the most probable reduces the held-out squared error by less than a tenth."
-        }
-        (false, _) => "",
+        false => "",
     }
 }
 

@@ -4,8 +4,10 @@
 
 mod cause;
 mod next;
+mod other_means;
 mod words;
 
+pub use other_means::other_means;
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
 
@@ -31,9 +33,20 @@ fn size(diagnosis: &Diagnosis) -> String {
     }
 }
 
+/// Whether the noise floor is the difference between runs with the same command, or from the reference.
+fn is_floor_repeatability(diagnosis: &Diagnosis) -> bool {
+    let repeats = diagnosis.gap.floor_parts.repeats;
+    repeats.is_some_and(|repeats| repeats >= diagnosis.gap.floor)
+}
+
 fn error(diagnosis: &Diagnosis) -> String {
     let gap = &diagnosis.gap;
-    let floor = counts(gap.floor);
+    let source = match (is_floor_repeatability(diagnosis), &diagnosis.reference) {
+        (true, None) => ", the difference between runs with the same command",
+        (true, Some(_)) => ", the error of the reference model on its own runs",
+        (false, _) => "",
+    };
+    let floor = format!("{}{source}", counts(gap.floor));
     if diagnosis.verdict == Verdict::NoGap {
         let nominal = counts(gap.before);
         let within = match gap.before <= gap.floor {
@@ -106,10 +119,16 @@ fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {
     format!("{share}{}.{undescribed}", place.unwrap_or_default())
 }
 
-/// Whether all but an immaterial share of the error is unexplained.
-fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
-    let has_gap = !matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange);
-    has_gap && diagnosis.unexplained.share >= 1.0 - settings.unexplained_share
+/// Whether all but an immaterial share of the error is unexplained, although a probable effect was tried.
+pub(crate) fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
+    let was_tried = match diagnosis.verdict {
+        Verdict::NoGap | Verdict::NoChange => false,
+        Verdict::Ambiguous => {
+            (diagnosis.causes.iter()).any(|cause| cause.immaterial || cause.at_bound)
+        }
+        _ => true,
+    };
+    was_tried && diagnosis.unexplained.share >= 1.0 - settings.unexplained_share
 }
 
 fn largest_regime(diagnosis: &Diagnosis) -> Option<(Regime, f64)> {
@@ -185,13 +204,6 @@ pub(crate) fn note(
         notes.push(format!(
             "{fit}, {} the {whose} value, outside the tolerance{why}.",
             listed(&outside, "and")
-        ));
-    }
-    let repeats = diagnosis.gap.floor_parts.repeats;
-    if repeats.is_some_and(|repeats| repeats >= diagnosis.gap.floor) {
-        notes.push(format!(
-            "Runs with the same command differ by {} counts RMS, which is taken as the noise floor. If they are not repeats of one set-up, diagnose them separately.",
-            counts(diagnosis.gap.floor)
         ));
     }
     let random = diagnosis.gap.floor_parts.random;

@@ -1,21 +1,28 @@
 //! Fourth part: the next step, with a command line to copy.
 
 use super::cause::is_doubtful;
-use super::{is_undescribed, listed, name};
-use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict, other_means};
+use super::{is_floor_repeatability, is_undescribed, listed, name, other_means};
+use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict};
 use crate::diagnose::settings::Settings;
 
 use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
+/// What to do by hand first, then the step with its command.
 pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
-    let first = match is_undescribed(diagnosis, settings) {
-        true => {
-            "First check by hand that the supply and the counts per revolution that were given are right, and the recordings with `motorlab check`. "
-        }
-        false => "",
+    let by_hand = match is_undescribed(diagnosis, settings) {
+        true => Some(CHECK_BY_HAND.to_owned()),
+        false => other_means(diagnosis),
     };
-    format!("{first}{}", then(diagnosis, asked, settings))
+    let is_repeats = is_floor_repeatability(diagnosis) && diagnosis.reference.is_none();
+    let repeats = is_repeats.then(|| CHECK_REPEATS.to_owned());
+    let step = Some(then(diagnosis, asked, settings));
+    let all: Vec<String> = [repeats, by_hand, step].into_iter().flatten().collect();
+    all.join(" ")
 }
+
+const CHECK_BY_HAND: &str = "First check by hand that the supply and the counts per revolution that were given are right, and the recordings with `motorlab check`.";
+
+const CHECK_REPEATS: &str = "First make sure that the runs with the same command are repeats of one set-up: their difference is the noise floor, and no smaller error can be judged. If they are not, diagnose them separately.";
 
 /// The step.
 fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
@@ -43,7 +50,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             "--model-out fitted.toml",
         ),
         Verdict::NoGap | Verdict::NoChange => (
-            "use the model as it is; to see it as pictures",
+            "use the model as it is; for pictures of it",
             "--html diagnosis.html",
         ),
         _ => (
@@ -64,10 +71,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             listed(&doubtful, "and")
         ),
     };
-    match other_means(diagnosis) {
-        Some(means) => format!("{means} Next, {to}: {command}."),
-        None => format!("Next, {to}: {command}.{without}"),
-    }
+    format!("Next, {to}: {command}.{without}")
 }
 
 /// The recording that separates the remaining sets, and the command that diagnoses it with the others.

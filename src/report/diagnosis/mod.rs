@@ -23,9 +23,10 @@ use overlay::RunWithModels;
 pub use bad_recording::{bad_recording_page, recorded};
 pub use overlay::recorded_speed;
 pub use words::{
-    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, class_words,
-    effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
-    named_parts, of_reference, torque_words,
+    BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
+    cause_words, class_of_cause, class_words, effects_words, few_words, fitted_words,
+    identifiable_rows, interval_words, measured, named_parts, of_reference, sets_note,
+    torque_words,
 };
 
 /// One run, recorded and simulated.
@@ -36,6 +37,8 @@ pub struct RunOverlay {
     pub figure: Figure,
     /// The error of each model.
     pub caption: String,
+    /// Whether its speed is a mean over several samples.
+    pub is_smoothed: bool,
     /// Spectrum and autocorrelation of the last model's residual.
     pub residual: Vec<Figure>,
     /// RMS error of the nominal model in counts.
@@ -52,10 +55,25 @@ pub fn overlays(diagnosis: &Diagnosis, measured: &[Run]) -> Vec<RunOverlay> {
             name: names[beside.predicted.run].clone(),
             figure: overlay::figure(beside, &spreads),
             caption: overlay::caption(beside),
+            is_smoothed: overlay::is_coarse(beside.run),
             residual: residual::figures(beside),
             nominal_rms: beside.predicted.rms(0),
         })
         .collect()
+}
+
+/// The smoothing of the speeds, once for all runs; `None` without any.
+pub fn smoothing_words(overlays: &[RunOverlay]) -> Option<String> {
+    let smoothed = overlays.iter().filter(|overlay| overlay.is_smoothed);
+    let names: Vec<&str> = smoothed.map(|overlay| overlay.name.as_str()).collect();
+    let of = match names.len() {
+        0 => return None,
+        n if n == overlays.len() => String::new(),
+        _ => format!(" of {}", names.join(", ")),
+    };
+    Some(format!(
+        "Speed{of}: mean over 60 ms, since one count per sample is a large part of it."
+    ))
 }
 
 /// Most sets of effects listed.
@@ -160,20 +178,14 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
         page.paragraph(&format!("These recordings do not separate {members}."));
     }
     let row = |cause: &Cause| {
-        let class = match (cause.class, cause.class_probability) {
-            (Some(class), Some(p)) => format!("{class} ({})", probability(p)),
-            _ => "\u{2013}".to_owned(),
-        };
-        let bound = match cause.at_bound {
-            true => "at a limit: not counted as identified",
-            false => "\u{2013}",
-        };
+        let class = class_of_cause(cause).unwrap_or_else(|| "\u{2013}".to_owned());
+        let reason = cause.not_identified().unwrap_or("\u{2013}");
         vec![
             cause_words(cause.effect),
             probability(cause.inclusion),
             cause.stage.to_owned(),
             class,
-            bound.to_owned(),
+            reason.to_owned(),
         ]
     };
     let rows: Vec<Vec<String>> = diagnosis.causes.iter().map(row).collect();
@@ -183,12 +195,12 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
             "inclusion probability",
             "stage",
             "class (its probability)",
-            "parameter",
+            "not identified, since",
         ],
         &rows,
     );
     page.note(
-        "Inclusion probability: the sum over all sets that contain the effect. Class: effects that these recordings do not separate. A click on a column's name sorts.",
+        "Inclusion probability: the sum over all sets that contain the effect. Class: effects that look alike in most recordings, with the probability that one of them is present where these recordings do not separate them. A click on a column's name sorts.",
     );
     for id in words::explained(diagnosis) {
         if let Some(kind) = words::kind(id) {
@@ -219,6 +231,7 @@ fn sets(page: &mut Page, diagnosis: &Diagnosis) {
         ],
         &rows,
     );
+    page.note(sets_note(diagnosis));
     let further = diagnosis.sets.iter().skip(LISTED_SETS);
     let (count, rest) = further.fold((0, 0.0), |(n, p), set| (n + 1, p + set.probability));
     if count > 0 {
@@ -236,6 +249,9 @@ fn recorded_over_simulated(page: &mut Page, diagnosis: &Diagnosis, measured: &[R
     );
     let mut overlays = overlays(diagnosis, measured);
     overlays.sort_by(|a, b| b.nominal_rms.total_cmp(&a.nominal_rms));
+    if let Some(words) = smoothing_words(&overlays) {
+        page.note(&words);
+    }
     let further = overlays.split_off(overlays.len().min(1));
     for overlay in &overlays {
         one_run(page, overlay);

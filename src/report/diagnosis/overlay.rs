@@ -90,7 +90,7 @@ pub fn recorded_speed(run: &Run) -> Panel {
 }
 
 /// Whether one count in one sample is a large share of the speed.
-fn is_coarse(run: &Run) -> bool {
+pub(super) fn is_coarse(run: &Run) -> bool {
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let top = smooth_rpm(run, &counts)
         .iter()
@@ -212,13 +212,8 @@ pub(super) fn caption(beside: &RunWithModels<'_>) -> String {
     let figures: Vec<String> = figures
         .map(|(k, name)| format!("{name} {}", digits(beside.predicted.rms(k), 3)))
         .collect();
-    let mean = if is_coarse(beside.run) {
-        " Speed: mean over 60 ms, since one count per sample is a large part of it."
-    } else {
-        ""
-    };
     format!(
-        "Prediction error of the position in counts RMS: {}.{mean}",
+        "Prediction error of the position in counts RMS: {}.",
         figures.join(", ")
     )
 }

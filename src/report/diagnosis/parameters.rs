@@ -6,8 +6,12 @@ use crate::export::PARAMETERS;
 use crate::report::Page;
 use crate::report::number::{figure, percent};
 
+/// Name of the column of the reference's values.
+const IN_THE_REFERENCE: &str = "in the reference";
+
 /// The parameters of each effect, without those of improbable effects.
 pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
+    let compared = diagnosis.reference.as_ref().map(|_| IN_THE_REFERENCE);
     let mut rows = Vec::new();
     for cause in &diagnosis.causes {
         if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < words::DETAILED_FROM {
@@ -16,14 +20,14 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
         for (key, interval) in &cause.parameters {
             let (name, interval) = interval.determined(key);
             let name = format!("{}: {name}", cause.effect);
-            rows.push(row(diagnosis, name, &interval, interval.reference));
+            rows.push(row(compared, name, &interval, interval.reference));
         }
     }
     if rows.is_empty() {
         return;
     }
     page.subsection("Parameters of the effects");
-    page.table(&columns(diagnosis), &rows);
+    page.table(&columns(compared), &rows);
     page.note(
         "An effect that is not identified has the parameters of the most probable set that contains it.",
     );
@@ -32,9 +36,12 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
 /// Identifiable parameters.
 pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Identifiable parameters");
+    let file = diagnosis.identifiable.motor_file;
+    let compared = (diagnosis.reference.as_ref().map(|_| IN_THE_REFERENCE))
+        .or(file.map(|_| words::MOTOR_FILE_COLUMN));
     let identifiable = words::identifiable_rows(diagnosis).into_iter();
     let mut rows: Vec<Vec<String>> = identifiable
-        .map(|(name, interval)| row(diagnosis, name.to_owned(), &interval, None))
+        .map(|(name, interval, given)| row(compared, name.to_owned(), &interval, given))
         .collect();
     let nominal_words = words::nominal_words(diagnosis);
     // Without a known torque the identifiable ones are already above.
@@ -50,29 +57,31 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
             lo95: share.lo95 * nominal,
             hi95: share.hi95 * nominal,
             unit: named.map_or("", |named| named.unit),
+            at_bound: false,
             reference: None,
             in_command: None,
         };
         let name = format!("{key} ({} of the {nominal_words})", percent(share.value));
-        rows.push(row(diagnosis, name, &value, Some(nominal)));
+        rows.push(row(compared, name, &value, Some(nominal)));
     }
-    page.table(&columns(diagnosis), &rows);
+    page.table(&columns(compared), &rows);
     page.note(&words::torque_words(diagnosis));
 }
 
-fn columns(diagnosis: &Diagnosis) -> Vec<&'static str> {
+/// Column names, with the column of the values to compare with, if there is one.
+fn columns(compared: Option<&'static str>) -> Vec<&'static str> {
     let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
-    if diagnosis.reference.is_some() {
-        names.insert(1, "in the reference");
+    if let Some(name) = compared {
+        names.insert(1, name);
     }
     names
 }
 
 fn row(
-    diagnosis: &Diagnosis,
+    compared: Option<&str>,
     name: String,
     interval: &Interval,
-    reference: Option<f64>,
+    other: Option<f64>,
 ) -> Vec<String> {
     let unit = match interval.unit {
         "" => "\u{2013}",
@@ -81,12 +90,18 @@ fn row(
     let mut row = vec![
         name,
         figure(interval.value, 4),
-        words::interval_words(interval),
+        match interval.at_bound {
+            true => format!(
+                "{}, at the limit of its range",
+                words::interval_words(interval)
+            ),
+            false => words::interval_words(interval),
+        },
         unit.to_owned(),
     ];
-    if diagnosis.reference.is_some() {
-        let reference = reference.map_or_else(|| "\u{2013}".to_owned(), |then| figure(then, 4));
-        row.insert(1, reference);
+    if compared.is_some() {
+        let other = other.map_or_else(|| "\u{2013}".to_owned(), |other| figure(other, 4));
+        row.insert(1, other);
     }
     row
 }

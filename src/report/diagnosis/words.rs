@@ -1,10 +1,10 @@
 //! Texts that page and terminal share.
 
-use crate::diagnose::Verdict;
 use crate::diagnose::{
-    BudgetStep, Diagnosis, EffectClass, Gap, Interval, NominalSource, ReferenceRuns,
-    without_assumed_unit,
+    BudgetStep, Cause, Diagnosis, EffectClass, Gap, Interval, MotorFileValues, NominalSource,
+    ReferenceRuns, without_assumed_unit,
 };
+use crate::diagnose::{Verdict, class_of};
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::{figure, percent, probability, probability_of};
@@ -156,6 +156,27 @@ pub fn fitted_words(gap: &Gap) -> String {
     )
 }
 
+/// Order of the sets, and what their RMS does not say.
+pub fn sets_note(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.scoring.score {
+        "likelihood" => {
+            "Sorted by log score, not by RMS: the likelihood weights each residual by its expected variance (quantization and random load torque), so the RMS of a larger set may exceed that of a smaller one."
+        }
+        _ => {
+            "Sorted by log score: the logarithm of the RMS of independent observations, less a penalty for every parameter."
+        }
+    }
+}
+
+/// The class of an effect, with its probability if these runs do not separate its members; `None` without a class.
+pub fn class_of_cause(cause: &Cause) -> Option<String> {
+    let class = class_of(cause.effect)?;
+    Some(match cause.class_probability {
+        Some(p) => format!("{class} ({})", probability(p)),
+        None => class.to_owned(),
+    })
+}
+
 /// A step of the error budget.
 pub fn step_words(step: &BudgetStep) -> &'static str {
     match step.step {
@@ -279,24 +300,38 @@ pub fn interval_words(interval: &Interval) -> String {
     }
 }
 
-/// Parameters that voltage and counts determine: name and value.
-pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)> {
+/// Name of the column of the motor file's values.
+pub const MOTOR_FILE_COLUMN: &str = "motor file";
+
+/// Parameters that voltage and counts determine: name, value, and the motor file's value if one was given.
+pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval, Option<f64>)> {
     let found = &diagnosis.identifiable;
+    let file = found.motor_file;
+    let given = |of: fn(&MotorFileValues) -> f64| file.as_ref().map(of);
     let (gain, friction) = match diagnosis.command_kind {
         CommandKind::Voltage => ("steady speed per volt", "Coulomb friction as a voltage"),
         CommandKind::Current => ("steady speed per ampere", "Coulomb friction as a current"),
         CommandKind::Torque => ("steady speed per newton metre", "Coulomb friction"),
     };
     let mut rows = vec![
-        (gain, found.speed_per_volt),
-        ("mechanical time constant", found.time_constant_s),
-        (friction, found.friction_v),
+        (
+            gain,
+            found.speed_per_volt,
+            given(|file| file.speed_per_volt),
+        ),
+        (
+            "mechanical time constant",
+            found.time_constant_s,
+            given(|file| file.time_constant_s),
+        ),
+        (friction, found.friction_v, given(|file| file.friction_v)),
     ];
     // Not identified if it was held at its assumed value.
     let electrical = found.electrical_time_constant_s;
     let electrical = electrical.filter(|one| diagnosis.has_torque() || one.lo95 < one.hi95);
     if let Some(electrical) = electrical {
-        rows.push(("electrical time constant L/R", electrical));
+        let given = file.and_then(|file| file.electrical_time_constant_s);
+        rows.push(("electrical time constant L/R", electrical, given));
     }
     rows
 }

@@ -1,0 +1,165 @@
+//! Measurements that separate causes which voltage and angle do not.
+//!
+//! Errors of the supply, of the resolution and of a motor constant have the same response. A voltmeter, or one turn
+//! by hand, separates them.
+
+use super::{capitalized, is_undescribed, listed, name, three};
+use crate::diagnose::classes::members_of;
+use crate::diagnose::report::{Cause, Diagnosis, Verdict};
+use crate::diagnose::settings::Settings;
+use crate::motor::catalogue::ids;
+
+/// Measurements for effects that others imitate exactly, or nearly so within tolerances.
+const MEANS: [(&str, &str); 14] = [
+    (
+        ids::SUPPLY_ERROR,
+        "measure the driver's supply under load with a voltmeter",
+    ),
+    (
+        ids::VOLTAGE_DROP,
+        "measure the motor's terminals while it turns, against the duty commanded",
+    ),
+    (
+        ids::SUPPLY_SAG,
+        "measure the supply at rest and at full duty",
+    ),
+    (
+        ids::RESOLUTION_ERROR,
+        "turn the shaft ten turns by hand and read the count",
+    ),
+    (
+        ids::MISSED_COUNTS,
+        "turn to a mark and back, and read the count there",
+    ),
+    (
+        ids::CLOCK_ERROR,
+        "time a long run with a stopwatch, or record the host's time",
+    ),
+    (
+        ids::INERTIA,
+        "weigh and measure what turns, or record with a known disc added",
+    ),
+    (
+        ids::COULOMB_FRICTION,
+        "measure the torque that just starts it, with a string and a weight",
+    ),
+    (
+        ids::VISCOUS_FRICTION,
+        "let it coast with the motor's leads open",
+    ),
+    (ids::CURRENT_LIMIT, "measure the current at stall"),
+    (ids::WINDING_HEATING, "measure the resistance cold and hot"),
+    (
+        ids::GRAVITY_LOAD,
+        "turn the motor's axis upright and record again",
+    ),
+    (
+        ids::ENCODER_ECCENTRICITY,
+        "look at the count over one slow turn against a mark",
+    ),
+    (
+        ids::ASYMMETRIC_FRICTION,
+        "measure the starting torque both ways",
+    ),
+];
+
+/// Steps other than a recording: for probable effects at a limit of their range, and for an ambiguous verdict without
+/// a useful profile; `None` if there is none.
+pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
+    let settings = Settings::default();
+    let is_settled = matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange);
+    if is_settled || is_undescribed(diagnosis, &settings) {
+        return None;
+    }
+    let is_bounded = |cause: &&Cause| cause.at_bound && cause.inclusion >= settings.identified;
+    let bounded: Vec<&Cause> = diagnosis.causes.iter().filter(is_bounded).collect();
+    if !bounded.is_empty() {
+        return Some(at_limit(&bounded));
+    }
+    if diagnosis.verdict != Verdict::Ambiguous || diagnosis.next_experiment.is_some() {
+        return None;
+    }
+    match diagnosis.causes.iter().any(|cause| cause.immaterial) {
+        true => Some(NOTHING_TO_SEPARATE.to_owned()),
+        false => not_separated(diagnosis.causes.first()?),
+    }
+}
+
+const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effects remove less than a tenth of the remaining error, so there is nothing to gain from separating them.";
+
+/// Effects at a limit of their range: the fitted value is no estimate, and no recording changes that.
+fn at_limit(bounded: &[&Cause]) -> String {
+    let names: Vec<String> = bounded.iter().map(|cause| name(cause.effect)).collect();
+    let values: Vec<String> = (bounded.iter())
+        .flat_map(|cause| cause.parameters.iter())
+        .filter(|(_, value)| value.at_bound)
+        .map(|(key, value)| {
+            let (key, value) = value.determined(key);
+            format!("{key} {} {}", three(value.value), value.unit)
+                .trim_end()
+                .to_owned()
+        })
+        .collect();
+    let values = match values.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", values.join(", ")),
+    };
+    let measured = measurements(bounded.iter().map(|cause| cause.effect));
+    let measured = match measured.is_empty() {
+        true => {
+            "Check the supply and the parameters of the motor file, from which the ranges follow"
+                .to_owned()
+        }
+        false => capitalized(&measured.join("; ")),
+    };
+    let (is, its) = match bounded {
+        [_] => ("is", "its range"),
+        _ => ("are", "their ranges"),
+    };
+    format!(
+        "{} {is} at the limit of {its}{values}, which is no estimate. {measured}. A value beyond the range goes into the motor file, as [effects.{}]; then diagnose again with --motor.",
+        capitalized(&listed(&names, "and")),
+        bounded[0].effect
+    )
+}
+
+/// Measurements that separate the members of a class, or an effect from parameters.
+fn not_separated(likeliest: &Cause) -> Option<String> {
+    let class = likeliest.class.map_or(&[][..], members_of);
+    let others = class.iter().filter(|id| **id != likeliest.effect);
+    let in_play: Vec<&'static str> = std::iter::once(&likeliest.effect)
+        .chain(others)
+        .copied()
+        .collect();
+    let measured = measurements(in_play.iter().copied());
+    let names: Vec<String> = in_play.iter().map(|id| name(id)).collect();
+    (!measured.is_empty()).then(|| {
+        format!(
+            "No profile within this supply separates {} well. By other means: {}.",
+            listed(&names, "and"),
+            measured.join("; ")
+        )
+    })
+}
+
+/// Known measurements for some effects, each with its effect.
+fn measurements(ids: impl Iterator<Item = &'static str>) -> Vec<String> {
+    let of = |id: &'static str| {
+        let (_, what) = MEANS.iter().find(|(known, _)| *known == id)?;
+        Some(format!("{what} ({})", name(id)))
+    };
+    ids.filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motor::catalogue::catalogue;
+
+    #[test]
+    fn every_name_is_one_of_the_catalogue() {
+        for (id, _) in MEANS {
+            assert!(catalogue().iter().any(|kind| kind.id == id), "{id}");
+        }
+    }
+}
