@@ -2,14 +2,14 @@
 
 use super::picture::on_terminal;
 use super::{Failure, Output};
-use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
+use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED, other_means};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
     BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
     cause_words, class_of_cause, class_words, effects_words, few_words, fitted_words,
-    identifiable_rows, interval_words, measured, named_parts, of_reference, overlays, sets_note,
-    smoothing_words, torque_words,
+    identifiable_rows, interval_words, is_optional, measured, named_parts, of_reference, overlays,
+    sets_note, smoothing_words, torque_words,
 };
 use crate::report::number::{figure, percent, probability};
 use crate::report::table::Table;
@@ -230,7 +230,7 @@ fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     if let Some(stage) = &diagnosis.place.stage {
         output.line(&format!("  {}", stage_words(diagnosis, stage)))?;
     }
-    if diagnosis.place.regions.is_empty() || diagnosis.unexplained.share <= 0.0 {
+    if diagnosis.place.regions.is_empty() || diagnosis.unexplained.share < LEAST_PRINTED {
         return output.line("  no error above the noise floor remains");
     }
     for region in diagnosis.place.regions.iter().take(LISTED) {
@@ -259,8 +259,12 @@ fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     };
     let change = next.change.as_ref();
     let change = change.map_or_else(String::new, |change| format!(", with {}", change.words()));
+    let optional = match is_optional(diagnosis) {
+        true => "optional, since the parameters explain the error: ",
+        false => "",
+    };
     output.line(&format!(
-        "  profile {} for {} s{change}: the predictions of {} are expected to differ by at least {} standard deviations of the noise",
+        "  {optional}profile {} for {} s{change}: the predictions of {} are expected to differ by at least {} standard deviations of the noise",
         next.profile,
         figure(next.duration_s, 3),
         few_words(&next.tells_apart),

@@ -66,7 +66,7 @@ fn sentence(fatal: &[&Finding]) -> String {
     }
     format!(
         "The gap was not measured, because the recording is wrong: {}. Next, {}; then check the new recording with `motorlab check`. \
-         If this one is as it should be, `--despite-findings` diagnoses it.",
+         If the recording is right, `--despite-findings` diagnoses it.",
         whats.join("; "),
         remedies.join("; ")
     )

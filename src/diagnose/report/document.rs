@@ -9,6 +9,7 @@ use super::{
     Unexplained,
 };
 use crate::check::Finding;
+use crate::diagnose::settings::Settings;
 use crate::motor::{CommandKind, Motor};
 
 /// Version of the document.
@@ -228,7 +229,8 @@ pub struct Cause {
 impl Cause {
     /// Why it is not identified although it is probable.
     pub fn not_identified(&self) -> Option<&'static str> {
-        match (self.at_bound, self.immaterial) {
+        let is_probable = self.inclusion >= Settings::default().identified;
+        match (self.at_bound && is_probable, self.immaterial) {
             (true, _) => Some("a parameter is at the limit of its range"),
             (false, true) => Some("it removes less than a tenth of the remaining error"),
             (false, false) => None,

@@ -1,6 +1,8 @@
 //! Second part: the cause with its probability and parameters.
 
-use super::{ABOVE_FLOOR, capitalized, counts, listed, name, percent, probability, three};
+use super::{
+    ABOVE_FLOOR, capitalized, counts, is_nominal_fitted, listed, name, percent, probability, three,
+};
 use crate::diagnose::report::{Cause, Diagnosis, EffectClass, Interval, Verdict};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_BESIDE, MENTIONED_FROM, STATED};
@@ -170,7 +172,14 @@ fn reductions(diagnosis: &Diagnosis) -> String {
     } else {
         "the effects"
     };
+    let fitted = match is_nominal_fitted(diagnosis) {
+        true => ", which was fitted to these runs",
+        false => "",
+    };
     let mut text = match (alone > 0.0, diagnosis.effects.as_slice()) {
+        _ if gap.closed <= 0.0 => format!(
+            " The held-out error with {effects} is not below that of the nominal model{fitted}."
+        ),
         (true, [effect]) => format!(
             " Re-identified parameters remove {} of {ABOVE_FLOOR}, {effects} a further {}.",
             percent(alone),

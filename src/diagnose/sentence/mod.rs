@@ -93,6 +93,9 @@ fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
 /// Reference of all shares.
 const ABOVE_FLOOR: &str = "the squared error above the noise floor";
 
+/// Least share that is printed as a figure.
+pub(crate) const LEAST_PRINTED: f64 = 1e-3;
+
 /// Third part: size and location of the unexplained error.
 fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {
     let unexplained = &diagnosis.unexplained;
@@ -102,31 +105,52 @@ fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {
     if unexplained.hi95 <= 0.0 {
         return "Unexplained: nothing above the noise floor.".to_owned();
     }
+    // Shares below the last printed digit.
+    if unexplained.hi95 < LEAST_PRINTED {
+        return format!(
+            "Unexplained: {} of {ABOVE_FLOOR}.",
+            percent(unexplained.share.max(0.0))
+        );
+    }
     let share = format!(
         "Unexplained: {} of {ABOVE_FLOOR} ({})",
         percent(unexplained.share.max(0.0)),
         percent_interval(unexplained.lo95, unexplained.hi95)
     );
     let place = largest_regime(diagnosis)
-        .filter(|_| unexplained.share > 0.0)
+        .filter(|_| unexplained.share >= LEAST_PRINTED)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
     let undescribed = match is_undescribed(diagnosis, settings) {
+        true if !diagnosis.effects.is_empty() => {
+            " The named effects leave nearly all of the error: do not take them for its cause."
+        }
         true => {
             " No parameters and no effect that was tried describe these recordings: the probabilities name no cause."
         }
         false => "",
     };
-    format!("{share}{}.{undescribed}", place.unwrap_or_default())
+    let above_all = match unexplained.share > 1.0 && is_nominal_fitted(diagnosis) {
+        true => {
+            " Above 100 %, since the nominal model was fitted to the same data, on which its error is measured."
+        }
+        false => "",
+    };
+    format!(
+        "{share}{}.{above_all}{undescribed}",
+        place.unwrap_or_default()
+    )
 }
 
-/// Whether all but an immaterial share of the error is unexplained, although a probable effect was tried.
+/// Whether all but an immaterial share of the error is unexplained, although probable effects were tried, or none is
+/// probable.
 pub(crate) fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
     let was_tried = match diagnosis.verdict {
-        Verdict::NoGap | Verdict::NoChange => false,
+        Verdict::NoGap | Verdict::NoChange | Verdict::Parameters => false,
         Verdict::Ambiguous => {
-            (diagnosis.causes.iter()).any(|cause| cause.immaterial || cause.at_bound)
+            (diagnosis.causes.iter()).any(|cause| cause.not_identified().is_some())
         }
-        _ => true,
+        Verdict::OutsideCatalogue => diagnosis.probability >= settings.confident,
+        Verdict::Effect | Verdict::Partial | Verdict::BadRecording => true,
     };
     was_tried && diagnosis.unexplained.share >= 1.0 - settings.unexplained_share
 }

@@ -25,7 +25,7 @@ pub use overlay::recorded_speed;
 pub use words::{
     BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
     cause_words, class_of_cause, class_words, effects_words, few_words, fitted_words,
-    identifiable_rows, interval_words, measured, named_parts, of_reference, sets_note,
+    identifiable_rows, interval_words, is_optional, measured, named_parts, of_reference, sets_note,
     torque_words,
 };
 
@@ -319,8 +319,13 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
         return;
     };
     let change = next.change.as_ref();
+    let optional = if is_optional(diagnosis) {
+        "Optional, since the parameters explain the error. "
+    } else {
+        ""
+    };
     page.paragraph(&format!(
-        "With this profile{} the predictions of {} are expected to differ by at least {} standard deviations of the noise:",
+        "{optional}With this profile{} the predictions of {} are expected to differ by at least {} standard deviations of the noise:",
         change.map_or(String::new(), |change| format!(
             ", with {},",
             change.words()

@@ -2,9 +2,9 @@
 
 use crate::diagnose::{
     BudgetStep, Cause, Diagnosis, EffectClass, Gap, Interval, MotorFileValues, NominalSource,
-    ReferenceRuns, without_assumed_unit,
+    ReferenceRuns, Settings, without_assumed_unit,
 };
-use crate::diagnose::{Verdict, class_of};
+use crate::diagnose::{LEAST_PRINTED, Verdict, class_of};
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::{figure, percent, probability, probability_of};
@@ -97,9 +97,17 @@ pub fn of_reference(reference: &ReferenceRuns) -> String {
     )
 }
 
+/// Whether a further recording is optional, since the sentence proposes another step.
+pub fn is_optional(diagnosis: &Diagnosis) -> bool {
+    diagnosis.verdict == Verdict::Parameters
+        && diagnosis.probability >= Settings::default().identified
+}
+
 /// The first few names, and the number of the others.
 pub fn few_words(names: &[String]) -> String {
-    let named = names[..names.len().min(NAMED)].join(", ");
+    let named = names[..names.len().min(NAMED)].iter();
+    let named = named.map(|name| if name == "none" { "no effect" } else { name });
+    let named = named.collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(NAMED) {
         0 => named,
         others => format!("{named} and {others} more"),
@@ -191,9 +199,13 @@ pub fn share_interval(lo95: f64, hi95: f64) -> String {
     format!("{} to {hi95}", lo95.trim_end_matches("\u{a0}%"))
 }
 
-/// A share in percent; below a thousandth of a percent it is 0.
+/// A share in percent; smaller ones than a tenth of a percent have no figure.
 fn share(share: f64) -> String {
-    percent(if share.abs() < 1e-5 { 0.0 } else { share })
+    match share.abs() {
+        size if size < 1e-5 => percent(0.0),
+        size if size < LEAST_PRINTED && share > 0.0 => "< 0.1\u{a0}%".to_owned(),
+        _ => percent(share),
+    }
 }
 
 /// Column names of [`budget_rows`]; the last one only if a step has alternatives.
