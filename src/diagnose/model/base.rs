@@ -72,7 +72,7 @@ impl Base {
     }
 }
 
-/// Whether an effect is a change of a base parameter beyond its tolerance.
+/// Whether an effect is a change of a base parameter beyond tolerance.
 pub(crate) fn is_parameter_change(id: &str) -> bool {
     freed_by(id).is_some()
 }

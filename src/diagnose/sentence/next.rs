@@ -7,7 +7,7 @@ use crate::diagnose::settings::Settings;
 
 use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
-/// What to do by hand first, then the step with its command.
+/// Steps by hand, then the step with its command.
 pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
     let by_hand = match is_undescribed(diagnosis, settings) {
         true => Some(CHECK_BY_HAND.to_owned()),
