@@ -2,7 +2,7 @@
 
 use super::picture::on_terminal;
 use super::{Failure, Output};
-use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED, other_means};
+use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
@@ -247,15 +247,8 @@ fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
 }
 
 fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    let means = other_means(diagnosis);
-    if let Some(means) = &means {
-        output.line(&format!("  {means}"))?;
-    }
     let Some(next) = &diagnosis.next_experiment else {
-        return match means {
-            Some(_) => Ok(()),
-            None => output.line("  no recording is proposed"),
-        };
+        return output.line("  no recording is proposed");
     };
     let change = next.change.as_ref();
     let change = change.map_or_else(String::new, |change| format!(", with {}", change.words()));

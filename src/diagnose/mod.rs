@@ -48,7 +48,6 @@ pub use report::{
     ReferenceRuns, Regime, Region, SHAPE, Scoring, SearchStep, Unexplained, Verdict,
 };
 pub use run_facts::{Role, RunFacts, WithRuns};
-pub use sentence::other_means;
 pub use settings::Settings;
 
 pub(crate) use classes::class_of;

@@ -244,7 +244,10 @@ pub(super) fn document(
         model,
         refitted: steps[1].fit.model.motor(&steps[1].fit.x),
     };
-    let is_undescribed = sentence::is_undescribed(&diagnosis, settings);
+    // Where no effect describes the recordings, or the most probable one does not within its range, the predictions of
+    // the sets do not hold.
+    let is_undescribed = sentence::is_undescribed(&diagnosis, settings)
+        || !is_named && sentence::is_at_limit(&diagnosis, settings);
     let is_settled = match verdict {
         _ if is_undescribed => true,
         Verdict::NoGap | Verdict::NoChange => true,

@@ -7,7 +7,8 @@ mod next;
 mod other_means;
 mod words;
 
-pub use other_means::other_means;
+pub(crate) use other_means::is_at_limit;
+use other_means::other_means;
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
 

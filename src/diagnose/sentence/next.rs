@@ -11,7 +11,7 @@ use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
     let by_hand = match is_undescribed(diagnosis, settings) {
         true => Some(CHECK_BY_HAND.to_owned()),
-        false => other_means(diagnosis),
+        false => other_means(diagnosis, settings),
     };
     let is_repeats = is_floor_repeatability(diagnosis) && diagnosis.reference.is_none();
     let repeats = is_repeats.then(|| CHECK_REPEATS.to_owned());

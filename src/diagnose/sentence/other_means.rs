@@ -65,14 +65,12 @@ const MEANS: [(&str, &str); 14] = [
 
 /// Steps other than a recording: for probable effects at a limit of their range, and for an ambiguous verdict without
 /// a useful profile; `None` if there is none.
-pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
-    let settings = Settings::default();
+pub(super) fn other_means(diagnosis: &Diagnosis, settings: &Settings) -> Option<String> {
     let is_settled = matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange);
-    if is_settled || is_undescribed(diagnosis, &settings) {
+    if is_settled || is_undescribed(diagnosis, settings) {
         return None;
     }
-    let is_bounded = |cause: &&Cause| cause.at_bound && cause.inclusion >= settings.identified;
-    let bounded: Vec<&Cause> = diagnosis.causes.iter().filter(is_bounded).collect();
+    let bounded = bounded(diagnosis, settings);
     if !bounded.is_empty() {
         return Some(at_limit(&bounded));
     }
@@ -83,6 +81,17 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
         true => Some(NOTHING_TO_SEPARATE.to_owned()),
         false => not_separated(diagnosis.causes.first()?),
     }
+}
+
+/// Probable effects with a parameter at a limit of its range.
+fn bounded<'a>(diagnosis: &'a Diagnosis, settings: &Settings) -> Vec<&'a Cause> {
+    let is_bounded = |cause: &&Cause| cause.at_bound && cause.inclusion >= settings.identified;
+    diagnosis.causes.iter().filter(is_bounded).collect()
+}
+
+/// Whether there is such an effect.
+pub(crate) fn is_at_limit(diagnosis: &Diagnosis, settings: &Settings) -> bool {
+    !bounded(diagnosis, settings).is_empty()
 }
 
 const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effects remove less than a tenth of the remaining error, so there is nothing to gain from separating them.";

@@ -14,7 +14,7 @@ mod words;
 use super::number::{figure, percent, probability};
 use super::{Figure, Page, Size};
 use crate::check::Finding;
-use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
+use crate::diagnose::{Cause, Diagnosis, EffectSet};
 use crate::motor::SimulationError;
 use crate::recording::Run;
 use overlaid_run::{lay, names};
@@ -306,16 +306,9 @@ pub fn checks(page: &mut Page, findings: &[Finding]) {
 }
 
 fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
-    let means = other_means(diagnosis);
-    let next = diagnosis.next_experiment.as_ref();
     page.section("Next experiment");
-    if let Some(means) = &means {
-        page.paragraph(means);
-    }
-    let Some(next) = next else {
-        if means.is_none() {
-            page.paragraph("No recording is proposed.");
-        }
+    let Some(next) = &diagnosis.next_experiment else {
+        page.paragraph("No recording is proposed.");
         return;
     };
     let change = next.change.as_ref();
