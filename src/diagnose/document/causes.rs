@@ -273,3 +273,27 @@ pub(super) fn outside(fit: &Fit, settings: &Settings) -> Vec<(&'static str, f64)
         .map(|(k, (parameter, _))| (parameter.id.key(), fit.x[k]))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Backlash is of another class, and stands in place of the dead zone; cogging only stands beside it.
+    #[test]
+    fn alternatives_are_members_of_the_class_and_rivals_in_place_of_the_effect() {
+        let set = |ids: &[&'static str], probability: f64| Weighed {
+            ids: ids.to_vec(),
+            probability,
+            at_bound: Vec::new(),
+        };
+        let weighed = [
+            set(&["dead_zone"], 0.5),
+            set(&["backlash"], 0.3),
+            set(&["dead_zone", "cogging"], 0.1),
+            set(&["stribeck"], 0.1),
+        ];
+        let found = alternatives("dead_zone", &weighed);
+        let ids: Vec<&str> = found.iter().map(|one| one.effect).collect();
+        assert_eq!(ids, ["backlash", "stribeck"]);
+    }
+}
