@@ -5,6 +5,31 @@ use std::path::Path;
 
 use serde::Serialize;
 
+/// A number for messages, with six digits.
+pub(crate) fn short(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return number.to_string();
+    }
+    // Six digits without trailing zeros.
+    let digits = 5 - number.abs().log10().floor() as i32;
+    let factor = 10_f64.powi(digits);
+    let rounded = (number * factor).round() / factor;
+    format!("{:.*}", digits.clamp(0, 12) as usize, rounded)
+        .trim_end_matches(|c| c == '0' && digits > 0)
+        .trim_end_matches('.')
+        .to_owned()
+}
+
+/// A number with this many significant digits, for messages and mappings.
+pub(crate) fn rounded_to(number: f64, count: i32) -> f64 {
+    if number == 0.0 {
+        return number;
+    }
+    let digit = 10_f64.powi(number.abs().log10().floor() as i32 + 1 - count);
+    let rounded = (number / digit).round() * digit;
+    short(rounded).parse().unwrap_or(number)
+}
+
 /// Whether a character controls a terminal, changes the writing direction, or is invisible.
 pub fn is_harmful(c: char) -> bool {
     (c.is_control() && !matches!(c, '\n' | '\t'))

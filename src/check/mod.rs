@@ -37,6 +37,7 @@ mod finding;
 mod gain;
 mod gap_in_time;
 pub(crate) mod host_clock;
+mod kept_speed;
 mod loss_in_one_direction;
 mod misread_position;
 mod moving_average;
@@ -57,6 +58,7 @@ mod words;
 mod zero_speeds;
 
 pub use finding::{Finding, Kind, Severity, fatal_of, is_fatal};
+pub(crate) use kept_speed::{KeptSpeed, SPEED_KEPT, SpeedRow};
 pub use named_samples::samples_named_by_check;
 pub(crate) use named_samples::{misread_or_stale, off_under_command};
 use subject::Subject;

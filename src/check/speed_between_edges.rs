@@ -6,6 +6,7 @@
 //! grows without bound.
 
 use super::finding::{Finding, Kind, Severity};
+use super::kept_speed::{KEPT_ROWS, KEPT_SHARE, SPEED_KEPT};
 use super::subject::Subject;
 use super::words::{digits, time};
 use super::zero_speeds::SPEED_ZERO;
@@ -25,13 +26,10 @@ const LEAST_ROWS: usize = 30;
 /// Most consecutive rows that are 0.
 const MOST_BETWEEN: usize = AROUND;
 
-/// Shortest kept speed in rows, and its least travel in counts.
-const KEPT_ROWS: usize = 30;
+/// Least travel of a kept speed in counts.
 const KEPT_COUNTS: f64 = 10.0;
 /// Largest deviation from a straight line: quantization causes 0.5 at either end.
 const STRAIGHT_COUNTS: f64 = 1.0;
-/// Largest kept speed as a share of the largest speed: a shaft without friction keeps all of it.
-const KEPT_SHARE: f64 = 0.5;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let run = subject.run;
@@ -44,7 +42,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let seen = zero(subject, step_s).or_else(|| zero_by_import(subject));
     let mut found: Vec<Finding> = seen.into_iter().collect();
     if subject.has("command") {
-        found.extend(kept(subject, step_s));
+        found.extend(kept(subject, step_s).or_else(|| kept_by_import(subject)));
     }
     found
 }
@@ -153,28 +151,45 @@ fn kept(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
         if let Some((from, counts_s)) = straight_end(run, k, end)
             && (counts_s * step_s).abs() <= KEPT_SHARE * top
         {
-            let rpm = 60.0 * counts_s / run.counts_per_rev;
-            let lasts_s = run.t_s[end] - run.t_s[from];
-            return Some(subject.finding(
-                Kind::SpeedKept,
-                Severity::Warning,
-                (from, end),
-                format!(
-                    "the speed stays at {} RPM for {} while nothing is commanded: it is kept from the last edge",
-                    digits(rpm, 3),
-                    time(lasts_s),
-                ),
-                [
-                    ("kept_rpm", rpm),
-                    ("kept_s", lasts_s),
-                    ("counts_too_many", counts_s * lasts_s),
-                ],
-                "write 0 when no edge comes for longer than at the slowest speed, or log the count itself (--position COL:counts)",
-            ));
+            return Some(kept_finding(subject, (from, end), counts_s));
         }
         k = end.max(k + 1);
     }
     None
+}
+
+/// A kept speed as the import found it in the speeds themselves.
+fn kept_by_import(subject: &Subject<'_>) -> Option<Finding> {
+    let seen = subject.run.header.get("imported")?.get(SPEED_KEPT)?;
+    let figure = |key: &str| seen.get(key)?.as_float();
+    let at = |t_s: f64| {
+        let times = &subject.run.t_s;
+        times.partition_point(|t| *t < t_s).min(times.len() - 1)
+    };
+    let rows = (at(figure("from_s")?), at(figure("to_s")?));
+    Some(kept_finding(subject, rows, figure("counts_s")?))
+}
+
+fn kept_finding(subject: &Subject<'_>, (from, end): (usize, usize), counts_s: f64) -> Finding {
+    let run = subject.run;
+    let rpm = 60.0 * counts_s / run.counts_per_rev;
+    let lasts_s = run.t_s[end] - run.t_s[from];
+    subject.finding(
+        Kind::SpeedKept,
+        Severity::Warning,
+        (from, end),
+        format!(
+            "the speed stays at {} RPM for {} while nothing is commanded: it is kept from the last edge",
+            digits(rpm, 3),
+            time(lasts_s),
+        ),
+        [
+            ("kept_rpm", rpm),
+            ("kept_s", lasts_s),
+            ("counts_too_many", counts_s * lasts_s),
+        ],
+        "write 0 when no edge comes for longer than at the slowest speed, or log the count itself (--position COL:counts)",
+    )
 }
 
 /// The longest tail of these samples in which the position is a sloped straight line: its first sample, and its rate

@@ -1,9 +1,10 @@
 //! A line without what programs print around its numbers: the brackets of a list, a tuple or an object, the bars of a table, the marks of a frame,
-//! the prefix of ESP-IDF's log, the colours of a terminal. A rule between names and rows is an empty line.
+//! the dash of a list in YAML, the prefix of a log of ESP-IDF or ROS, the colours of a terminal. A rule between names and rows is an empty line.
 
 use std::borrow::Cow;
 
 use super::labels::pairs;
+use super::logger::of_ros;
 
 /// Characters that a rule is drawn with.
 const RULE: &[u8] = b"-=+|:_,; \t\r";
@@ -27,7 +28,10 @@ pub(super) fn bare(line: &[u8]) -> Cow<'_, [u8]> {
         Some(b'|') => between(text, b"|", b"|"),
         Some(b'/') => between(text, b"/*", b"*/"),
         Some(b'{') => braced(text),
-        Some(b'(' | b'[') => listed(text),
+        Some(b'-') if text.starts_with(b"- {") || text.starts_with(b"- [") => {
+            Cow::Owned(bare(&text[2..]).into_owned())
+        }
+        Some(b'(' | b'[') => of_ros(text).map_or_else(|| listed(text), Cow::Owned),
         Some(b'a' | b'n') => {
             let list = [&b"array("[..], b"np.array("]
                 .into_iter()

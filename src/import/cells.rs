@@ -69,8 +69,8 @@ impl Cells {
         }
     }
 
-    /// Takes a line apart. Cells in double quotes may hold the separator, and `""` for a quote. A terminal's time stamp before the
-    /// line is a cell of its own.
+    /// Takes a line apart. Cells in double quotes may hold the separator, and `""` for a quote; so may those in single
+    /// quotes. A terminal's time stamp before the line is a cell of its own.
     pub fn split(&mut self, line: &[u8], separator: Separator) {
         self.text.clear();
         self.ends.clear();
@@ -102,7 +102,7 @@ impl Cells {
             Separator::Labels => return self.split_labelled(line),
             Separator::Byte(byte) => byte,
         };
-        if memchr::memchr(b'"', line).is_none() {
+        if memchr::memchr2(b'"', b'\'', line).is_none() {
             self.text.extend_from_slice(line);
             let mut from = origin;
             for at in memchr::memchr_iter(byte, line) {
@@ -113,11 +113,12 @@ impl Cells {
             return;
         }
         let (mut start, mut quoted) = (origin, false);
-        let mut bytes = line.iter().copied().peekable();
-        while let Some(next) = bytes.next() {
+        let mut rest = line;
+        while let Some((&next, after)) = rest.split_first() {
+            rest = after;
             match next {
-                b'"' if quoted && bytes.peek() == Some(&b'"') => {
-                    bytes.next();
+                b'"' if quoted && rest.first() == Some(&b'"') => {
+                    rest = &rest[1..];
                     self.text.push(b'"');
                 }
                 b'"' => quoted = !quoted,
@@ -125,6 +126,13 @@ impl Cells {
                     self.ends.push((start, self.text.len()));
                     start = self.text.len();
                 }
+                b'\'' if !quoted && blank(&self.text[start..]) => match single_quoted(rest, byte) {
+                    Some(length) => {
+                        self.text.extend_from_slice(&rest[..length]);
+                        rest = &rest[length + 1..];
+                    }
+                    None => self.text.push(next),
+                },
                 _ => self.text.push(next),
             }
         }
@@ -159,6 +167,16 @@ impl Cells {
     pub fn text(&self, at: usize) -> Cow<'_, str> {
         decode(self.get(at))
     }
+}
+
+/// Length of the content of a cell in single quotes, after the first one: the next one ends the cell. Others are in a
+/// number (`1'234`) or a word.
+fn single_quoted(rest: &[u8], separator: u8) -> Option<usize> {
+    let length = memchr::memchr(b'\'', rest)?;
+    let after = rest[length + 1..].iter().find(|byte| **byte != b' ');
+    after
+        .is_none_or(|byte| *byte == separator || *byte == b'\r')
+        .then_some(length)
 }
 
 fn blank(bytes: &[u8]) -> bool {

@@ -13,8 +13,7 @@ use super::clock::{Counts, RowClock};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
 use super::map::{
-    Backwards, CommandNumber, CommandSource, Field, Integration, Map, NumberFrom, PositionSource,
-    TimeSource,
+    Backwards, CommandNumber, CommandSource, Field, Map, NumberFrom, PositionSource, TimeSource,
 };
 use super::range::{ANY_TIME, nanoseconds, within};
 use super::stamp::{DAY_S, stamp};
@@ -388,34 +387,14 @@ impl<'a> Converter<'a> {
             } => {
                 before.speed = directed(field.value(raw));
                 if let Some(last) = self.before {
-                    let mean = match rule {
-                        Integration::Trapezoid => {
-                            let end = weight_of_end(t_s - last.t_s, *curve);
-                            last.speed + end * (before.speed - last.speed)
-                        }
-                        Integration::Backward => before.speed,
-                        Integration::Forward => last.speed,
-                    };
-                    before.position = last.position + mean * (t_s - last.t_s);
+                    let step_s = t_s - last.t_s;
+                    let mean = rule.mean_between((last.speed, before.speed), step_s, *curve);
+                    before.position = last.position + mean * step_s;
                 }
             }
         }
         let counts = within("position", before.position, plausible::COUNTS)?;
         Ok((counts.round() as i64, state, before))
-    }
-}
-
-/// Weight of the final speed in the mean between two rows: 0.5 for a straight line. A first-order response with time
-/// constant `T` from `v0` to `v1` in a step of `h` has the mean `v0 + (v1 - v0) (1 / (1 - exp(-h/T)) - T/h)`.
-fn weight_of_end(step_s: f64, time_constant_s: Option<f64>) -> f64 {
-    let Some(time_constant_s) = time_constant_s else {
-        return 0.5;
-    };
-    let h = step_s / time_constant_s;
-    // The two terms cancel for small values, where the series is used.
-    match h < 1e-3 {
-        true => 0.5 + h / 12.0,
-        false => -(-h).exp_m1().recip() - h.recip(),
     }
 }
 

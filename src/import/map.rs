@@ -5,7 +5,6 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
-use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +13,7 @@ use super::cells::{Separator, number, without_groups};
 use super::clock::Counts;
 use super::error::RowProblem;
 use super::map_file::MapFile;
-use crate::recording::CommandKind;
+use crate::recording::{CommandKind, Integration};
 
 /// Longest mapping file in bytes.
 const MOST_BYTES: u64 = 1 << 20;
@@ -193,44 +192,6 @@ pub(super) enum PositionSource {
         resolution: Option<f64>,
     },
     NotRecorded,
-}
-
-/// Integration rule of a speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Integration {
-    /// The mean of two neighbours in between: for an instantaneous speed.
-    #[default]
-    Trapezoid,
-    /// A row's speed since the previous row: for a difference of positions.
-    Backward,
-    /// A row's speed until the next row: for one measured under the command of the same row.
-    Forward,
-}
-
-impl Integration {
-    /// Name in mappings and flags.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Trapezoid => "trapezoid",
-            Self::Backward => "backward",
-            Self::Forward => "forward",
-        }
-    }
-}
-
-impl FromStr for Integration {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Trapezoid, Self::Backward, Self::Forward]
-            .into_iter()
-            .find(|rule| rule.name() == text)
-            .ok_or_else(|| {
-                format!("'{text}' is no rule of integration\nhint: backward, trapezoid or forward")
-            })
-    }
 }
 
 impl Map {

@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 use super::MapError;
 use super::cells::Separator;
 use super::clock::Counts;
-use super::map::{ColumnRef, Field, Integration, Map, PositionSource, Shape, TimeSource};
+use super::map::{ColumnRef, Field, Map, PositionSource, Shape, TimeSource};
 use super::map_command::{CommandSection, TOP};
 use super::map_values::{finite, nonzero, optional_positive, positive, unity, wrong};
 use super::unit::{self, Axis};
 use crate::motor::plausible;
-use crate::recording::known_differences;
+use crate::recording::{Integration, known_differences};
 
 /// The mapping file as written.
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]

@@ -20,6 +20,7 @@ mod labels;
 mod layout;
 mod lines;
 mod log;
+mod logger;
 mod map;
 mod map_command;
 mod map_file;
@@ -35,12 +36,13 @@ mod unit;
 mod unmapped;
 mod unwrap;
 
+pub use crate::recording::Integration;
 pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
 pub use formats::{Form, FormatError, MOST_FILE_BYTES, RECOGNITION_BYTES};
 pub use kind::Kind;
 pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
-pub use map::{Integration, Map};
+pub use map::Map;
 pub use source::{Source, SourceError};
 pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{

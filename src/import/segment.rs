@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use super::ImportProblem;
 use super::clock::Counts;
 use super::convert::Sample;
-use super::map::{CommandSource, Integration, Map, NumberFrom, PositionSource, TimeSource};
+use super::map::{CommandSource, Map, NumberFrom, PositionSource, TimeSource};
 use super::thin::Thin;
-use crate::check::{SPEED_ZERO, ZeroSpeeds};
+use crate::check::{KeptSpeed, SPEED_KEPT, SPEED_ZERO, SpeedRow, ZeroSpeeds};
 use crate::motor::plausible;
 use crate::platform::files::remove_file;
-use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, SPEED_RESOLUTION, Steps, Time};
+use crate::recording::{
+    Columns, Flags, Integration, MAX_ROWS, Row, RunWriter, SPEED_RESOLUTION, Steps, Time,
+};
 
 /// Rows that determine the sample time.
 pub(super) const LOOK_AHEAD: usize = 4096;
@@ -49,6 +51,8 @@ pub(super) struct Segment<'a> {
     beyond_full: u64,
     /// A speed that is 0 between edges, in the first rows.
     zero_speeds: Option<ZeroSpeeds>,
+    /// A speed that is kept when no edge comes, in the first rows.
+    kept_speed: Option<KeptSpeed>,
     /// Samples missing in pauses so far.
     lost: u64,
     /// Least step of a pause in s.
@@ -71,6 +75,7 @@ impl<'a> Segment<'a> {
             thin: Thin::new(map.every),
             beyond_full: 0,
             zero_speeds: None,
+            kept_speed: None,
             lost: 0,
             pause_s: f64::INFINITY,
             shortest_s: f64::INFINITY,
@@ -138,10 +143,17 @@ impl<'a> Segment<'a> {
         if let Some(usual) = Steps::of_steps(steps_s(&self.waiting)) {
             self.pause_s = usual.longest_usual_s();
         }
-        let speeds: Vec<f64> = (self.waiting.iter())
-            .filter_map(|sample| sample.speed_counts_s)
-            .collect();
+        let row = |sample: &Sample| {
+            Some(SpeedRow {
+                t_s: sample.t_s,
+                command: sample.command,
+                counts_s: sample.speed_counts_s?,
+            })
+        };
+        let rows: Vec<SpeedRow> = self.waiting.iter().filter_map(row).collect();
+        let speeds: Vec<f64> = rows.iter().map(|row| row.counts_s).collect();
         self.zero_speeds = ZeroSpeeds::of(&speeds);
+        self.kept_speed = KeptSpeed::of(&rows);
         let columns = Columns {
             command: self.map.command_kind,
             seq: true,
@@ -250,8 +262,15 @@ impl<'a> Segment<'a> {
                 ("turning_rows", zero.turning as f64),
                 ("speed_at_edges_counts_s", zero.at_edges),
             ];
-            let figures = figures.map(|(key, figure)| (key.to_owned(), figure.into()));
-            imported.insert(SPEED_ZERO.into(), toml::Table::from_iter(figures).into());
+            imported.insert(SPEED_ZERO.into(), table_of(figures));
+        }
+        if let Some(kept) = &self.kept_speed {
+            let figures = [
+                ("from_s", kept.from_s),
+                ("to_s", kept.to_s),
+                ("counts_s", kept.counts_s),
+            ];
+            imported.insert(SPEED_KEPT.into(), table_of(figures));
         }
         if map.every > 1 {
             imported.insert("every".into(), (map.every as i64).into());
@@ -305,6 +324,11 @@ impl<'a> Segment<'a> {
             steps_s: (rounded(self.shortest_s), rounded(self.longest_s)),
         }))
     }
+}
+
+fn table_of(figures: [(&str, f64); 3]) -> toml::Value {
+    let figures = figures.map(|(key, figure)| (key.to_owned(), figure.into()));
+    toml::Table::from_iter(figures).into()
 }
 
 /// The median of the steps between neighbours; 1 s for a run of a single sample.

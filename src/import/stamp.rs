@@ -1,10 +1,12 @@
 //! Time stamps in common notations: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`, `4/13/2026 7:03:12
-//! PM`, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's `T#1s250ms`,
+//! PM`, `13-Apr-2026 19:03:12` of MATLAB, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's `T#1s250ms`,
 //! and a time with its unit, `12.5 ms`.
 //!
 //! Terminals print them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
 //! `[2026-04-13 19:03:12.345] `, Tera Term `[Mon Apr 13 19:03:12.345 2026] `, others `(19:03:12.345) ` or a tab after
-//! it.
+//! it. Loggers print a level and their name after it.
+
+use super::logger::message;
 
 /// Seconds in a day, after which a time of day wraps.
 pub(super) const DAY_S: f64 = 86_400.0;
@@ -129,26 +131,34 @@ pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
         return (is_divided && has(b"\t") == 0).then_some((stamp, content));
     }
     let arrow = rest.trim_ascii_start();
-    let content = arrow.strip_prefix(b"->").or(arrow.strip_prefix(b">"))?;
-    Some((stamp, content.trim_ascii_start()))
+    match arrow.strip_prefix(b"->").or(arrow.strip_prefix(b">")) {
+        Some(content) => Some((stamp, content.trim_ascii_start())),
+        None => Some((stamp, message(rest)?)),
+    }
 }
 
 /// `Mon Apr 13 19:03:12.345 2026` of C's `ctime`, and the rest.
 fn ctime(text: &[u8]) -> Option<(Stamp, &[u8])> {
-    const MONTHS: &[u8; 36] = b"JanFebMarAprMayJunJulAugSepOctNovDec";
     let (weekday, rest) = text.split_at_checked(3)?;
-    let (month, rest) = rest.strip_prefix(b" ")?.split_at_checked(3)?;
-    let month = MONTHS.chunks(3).position(|name| name == month)? + 1;
+    let (month, rest) = month(rest.strip_prefix(b" ")?)?;
     let (day, rest) = number(rest.strip_prefix(b" ")?.trim_ascii_start(), 1, 2)?;
     let (of_day, rest) = begins(rest.strip_prefix(b" ")?)?;
     let (year, rest) = number(rest.strip_prefix(b" ")?, 4, 4)?;
-    let days = days_since_1970(year, month as i64, day)?;
+    let days = days_since_1970(year, month, day)?;
     let stamp = Stamp {
         s: (days * DAY_S as i64) as f64 + of_day.s,
         is_of_day: false,
         is_either: false,
     };
     (weekday.iter().all(u8::is_ascii_alphabetic) && of_day.is_of_day).then_some((stamp, rest))
+}
+
+/// The number of a month of three letters, and the rest.
+fn month(text: &[u8]) -> Option<(i64, &[u8])> {
+    const MONTHS: &[u8; 36] = b"JanFebMarAprMayJunJulAugSepOctNovDec";
+    let (name, rest) = text.split_at_checked(3)?;
+    let at = MONTHS.chunks(3).position(|month| month == name)?;
+    Some((at as i64 + 1, rest))
 }
 
 /// The leading time stamp, and the rest.
@@ -198,13 +208,20 @@ fn of_half_day(hours: i64, text: &[u8]) -> Option<(i64, &[u8])> {
         .then_some((hours % 12 + from, rest))
 }
 
-/// `2026-04-13`, `2026/04/13`, `13.04.2026` or `4/13/2026` as days since 1970.
+/// `2026-04-13`, `2026/04/13`, `13.04.2026`, `4/13/2026`, `13-Apr-2026` or `13 Apr 2026` as days since 1970.
 fn date(text: &[u8]) -> Option<(i64, &[u8])> {
     let (first, rest) = number(text, 1, 4)?;
-    let between = *rest
-        .first()
-        .filter(|byte| matches!(byte, b'-' | b'/' | b'.'))?;
-    let (second, rest) = number(&rest[1..], 1, 2)?;
+    let (&between, after) = rest.split_first()?;
+    if matches!(between, b'-' | b' ')
+        && let Some((month, rest)) = month(after)
+    {
+        let (year, rest) = number(rest.strip_prefix(&[between])?, 4, 4)?;
+        return Some((days_since_1970(year, month, first)?, rest));
+    }
+    if !matches!(between, b'-' | b'/' | b'.') {
+        return None;
+    }
+    let (second, rest) = number(after, 1, 2)?;
     let (third, rest) = number(rest.strip_prefix(&[between])?, 1, 4)?;
     let (year, month, day) = match (first, between) {
         (1000.., _) => (first, second, third),
@@ -300,6 +317,8 @@ mod tests {
             ("2026-04-13T15:33:12-0330", 1_776_106_992.0, false),
             ("13.04.2026 19:03:12", 1_776_106_992.0, false),
             ("4/13/2026 7:03:12.5 PM", 1_776_106_992.5, false),
+            ("13-Apr-2026 19:03:12.5", 1_776_106_992.5, false),
+            ("13 Apr 2026 19:03:12", 1_776_106_992.0, false),
             ("12:00:01 am", 1.0, true),
             ("12:34:56:789", 45_296.789, true),
             ("12:34:56;789", 45_296.789, true),
@@ -325,6 +344,8 @@ mod tests {
             "24:00:00",
             "12:60:00",
             "2026-02-30 00:00:00",
+            "13-Api-2026 00:00:00",
+            "2026 04 13 00:00:00",
             "13:00:00 PM",
             "1.2.3 00:00:00",
             "12:34:56 -> 1",

@@ -5,6 +5,7 @@ mod support;
 
 mod clocks;
 mod direct;
+mod exports;
 mod formats;
 mod forms;
 mod inferred;

@@ -1,17 +1,17 @@
-//! JSON, and what Python prints of lists and dictionaries: an object a line, a list of objects or of rows, or an object of columns.
+//! JSON, and what Python prints of lists and dictionaries: an object a line, a list of objects or of rows, an object of columns, or
+//! what pandas writes of a frame.
 //!
 //! Objects within objects become columns `a.b`, lists within them `a[0]`. A table further inside a document is not searched for: the
 //! message names the command that makes a log of it.
 
-use serde_json::{Map, Value};
+use serde_json::Value;
 
 use super::super::stamp::{before_line, stamp};
 use super::super::table::{Table, TableColumn};
+use super::pandas::{of_columns, of_pandas};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Json;
-/// Rows that a column of a document has at least, where it is an object of columns.
-const LEAST_ROWS: usize = 3;
 /// Objects within objects are followed so deep.
 const MOST_DEPTH: usize = 8;
 
@@ -110,7 +110,7 @@ impl Columns {
         }
     }
 
-    fn row(&mut self, value: &Value) -> Result<(), FormatError> {
+    pub fn row(&mut self, value: &Value) -> Result<(), FormatError> {
         self.put_value("", value, 0);
         self.end_row(FORM)
     }
@@ -125,7 +125,7 @@ impl Columns {
 }
 
 /// A number, a truth value, or a time stamp in seconds.
-fn number(value: &Value) -> Option<f64> {
+pub(super) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Number(number) => number.as_f64(),
         Value::Bool(is) => Some(f64::from(u8::from(*is))),
@@ -222,7 +222,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
             rows.iter().try_for_each(|row| columns.row(row))?;
             Ok(columns.table())
         }
-        Value::Object(map) => of_columns(&map).ok_or(NESTED),
+        Value::Object(map) => of_pandas(&map)?.or_else(|| of_columns(&map)).ok_or(NESTED),
         _ => Err(NESTED),
     }
 }
@@ -272,30 +272,6 @@ fn of_lines(text: &str) -> Result<Table, FormatError> {
         ));
     }
     Ok(table)
-}
-
-/// Lists of one length, or what pandas makes of columns: an object of objects by row.
-fn of_columns(map: &Map<String, Value>) -> Option<Table> {
-    let numbers = |value: &Value| -> Option<Vec<f64>> {
-        let values: Vec<&Value> = match value {
-            Value::Array(values) => values.iter().collect(),
-            Value::Object(rows) => rows.values().collect(),
-            _ => return None,
-        };
-        values.into_iter().map(number).collect()
-    };
-    let columns: Vec<(TableColumn, Vec<f64>)> = (map.iter())
-        .filter_map(|(name, value)| {
-            let column = TableColumn {
-                name: name.clone(),
-                unit: None,
-            };
-            Some((column, numbers(value)?))
-        })
-        .collect();
-    let rows = columns.first()?.1.len();
-    let is_table = rows >= LEAST_ROWS && columns.iter().all(|(_, x)| x.len() == rows);
-    (is_table && columns.len() > 1).then(|| Table::whole(columns))
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! One signal per line: a transposed table, and lists of MATLAB and Python: `rpm,0,3.1,6.4`, `rpm = [0.0, 3.1, 6.4]`.
+//! The unit is in the name, or a cell after it: `Speed,rad/s,0,3.1,6.4`.
 //! A matrix on one line, `[0 5; 10 6]`, has semicolons between its rows. MATLAB prints consecutive vectors, each
 //! below `rpm =`.
 
 use super::super::cells::number;
 use super::super::table::{Table, TableColumn};
+use super::super::unmapped::is_known;
 use super::printed::{block, factor};
 use super::{Form, FormatError, MOST_VALUES};
 
@@ -25,6 +27,7 @@ pub(super) fn is_lists(beginning: &[u8]) -> bool {
         return false;
     };
     let is_apart = |c: char| matches!(c, '\n' | '=' | ']');
+    let (_, rest) = with_unit(rest);
     let first = rest.split(is_apart).next().unwrap_or_default();
     let has_decimal_comma = has_decimal_comma(first);
     let cells: Vec<&str> = cells(first, has_decimal_comma).collect();
@@ -101,7 +104,9 @@ fn named(text: &str) -> Option<(&str, &str)> {
             // A bracket after a name contains its unit, or the numbers.
             let is_list = |at: usize| {
                 let inside = text[at + 1..].trim_start();
+                let is_range = |(inside, _): (&str, &str)| !inside.contains([',', ';', ' ', '\t']);
                 inside.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.' | '['))
+                    && !inside.split_once(']').is_some_and(is_range)
             };
             let is_end = |(at, c): &(usize, char)| {
                 matches!(c, ',' | ';' | '\t' | '=' | ':') || (*c == '[' && is_list(*at))
@@ -118,13 +123,24 @@ fn named(text: &str) -> Option<(&str, &str)> {
     is_name.then_some((name, rest))
 }
 
+/// A unit in the first cell, and the text after it.
+fn with_unit(text: &str) -> (Option<String>, &str) {
+    let found = text.split_once([',', ';', '\t']);
+    let unit = |cell: &str| cell.trim_matches(['"', ' ', '[', ']', '(', ')']).to_owned();
+    match found.map(|(cell, rest)| (unit(cell), rest)) {
+        Some((unit, rest)) if is_known(&unit) => (Some(unit), rest),
+        _ => (None, text),
+    }
+}
+
 /// Reads every signal; those of another length than the first are left out and reported.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     if is_matrix(text.trim_start()) {
         return matrix(&text);
     }
-    let mut signals: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut signals: Vec<(TableColumn, Vec<f64>)> = Vec::new();
+    let column = |name: String, unit| TableColumn { name, unit };
     let mut values = 0;
     let (mut times, is_unnamed) = (1.0, is_unnamed(text.trim_start()));
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
@@ -140,11 +156,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         }
         let rest = match named(line) {
             Some((name, rest)) => {
-                signals.push((name.to_owned(), Vec::new()));
+                let (unit, rest) = with_unit(rest);
+                signals.push((column(name.to_owned(), unit), Vec::new()));
                 rest
             }
             None if is_unnamed => {
-                signals.push((format!("{}", signals.len() + 1), Vec::new()));
+                let name = (signals.len() + 1).to_string();
+                signals.push((column(name, None), Vec::new()));
                 line
             }
             // A list continues in the next line.
@@ -166,11 +184,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let rows = signals.first().map_or(0, |(_, numbers)| numbers.len());
     let others: Vec<String> = (signals.iter())
         .filter(|(_, numbers)| numbers.len() != rows)
-        .map(|(name, numbers)| format!("`{name}` ({} values)", numbers.len()))
+        .map(|(column, numbers)| format!("`{}` ({} values)", column.name, numbers.len()))
         .collect();
     signals.retain(|(_, numbers)| numbers.len() == rows);
-    let column = |(name, numbers)| (TableColumn { name, unit: None }, numbers);
-    let mut table = Table::whole(signals.into_iter().map(column).collect());
+    let mut table = Table::whole(signals);
     if !others.is_empty() {
         table.notes.push(format!(
             "left out, as they are not {rows} long: {}",
@@ -257,6 +274,31 @@ mod tests {
         }
         let units = format!("t [s],{t}\nU [V],{u}\n");
         assert_eq!(lines(&units)[0], "\"t [s]\",\"U [V]\"");
+        let apart = format!(
+            "t;s;{};\nU;V;{}\n",
+            t.replace(',', ";"),
+            u.replace(',', ";")
+        );
+        let table = read(apart.as_bytes()).expect("a table");
+        assert!(is_lists(apart.as_bytes()), "{apart}");
+        let units: Vec<_> = table
+            .columns
+            .iter()
+            .map(|column| column.unit.as_deref())
+            .collect();
+        assert_eq!(
+            (units, lines(&apart)[30].as_str()),
+            (vec![Some("s"), Some("V")], "14.5,58")
+        );
+        let ranges = lines(&format!(
+            "PWM [0-255]: {}\nt [ms]: {}\n",
+            list(" ", 2.0),
+            list(" ", 0.5)
+        ));
+        assert_eq!(
+            (ranges[0].as_str(), ranges.len()),
+            ("\"PWM [0-255]\",\"t [ms]\"", 31)
+        );
         let rows: Vec<String> = (0..30).map(|k| format!("{} {}", 10 * k, k)).collect();
         let found = lines(&format!("[{}]", rows.join(";")));
         assert_eq!((found.len(), found[30].as_str()), (31, "290,29"));

@@ -1,5 +1,5 @@
-//! Long tables: one row per value, with a column of signal names. InfluxDB's CSV (`_time,_field,_value`), Grafana's
-//! and Home Assistant's, and pandas' melted tables.
+//! Long tables: one row per value, with a column of signal names. InfluxDB's CSV (`_time,_field,_value`), Grafana's,
+//! Home Assistant's and Foxglove's, and pandas' melted tables.
 
 use super::super::cells::{Cells, Separator, number};
 use super::super::stamp::stamp;
@@ -27,8 +27,11 @@ const SIGNALS: [&str; 14] = [
 /// Names of the column of values.
 const VALUES: [&str; 6] = ["_value", "value", "values", "state", "val", "reading"];
 /// Names of the column of times, the best first.
-const TIMES: [&str; 9] = [
+const TIMES: [&str; 12] = [
     "_time",
+    "elapsed",
+    "receive time",
+    "receive_time",
     "time",
     "timestamp",
     "t",

@@ -26,6 +26,7 @@ mod mcos;
 mod messages;
 mod not_read;
 mod pairs;
+mod pandas;
 #[cfg(feature = "formats")]
 mod parquet;
 mod printed;

@@ -5,6 +5,12 @@ use super::Form;
 /// First bytes, name, and remedy.
 type Known = (&'static [u8], &'static str, &'static str);
 
+/// A logic analyzer's or a simulator's value change dump.
+const VCD: (&str, &str) = (
+    "a dump of logic levels (VCD)",
+    "convert it with sigrok: sigrok-cli -I vcd -i FILE -O csv -o log.csv",
+);
+
 const KNOWN: &[Known] = &[
     (
         b"\xd0\xcf\x11\xe0",
@@ -46,6 +52,10 @@ const KNOWN: &[Known] = &[
         "an ArduPilot log",
         "convert it: mavlogdump.py --format csv FILE (pip install pymavlink)",
     ),
+    (b"$date", VCD.0, VCD.1),
+    (b"$version", VCD.0, VCD.1),
+    (b"$timescale", VCD.0, VCD.1),
+    (b"$comment", VCD.0, VCD.1),
     (b"BZh", "compressed with bzip2", "unpack it with bunzip2"),
     (b"\xfd7zXZ\0", "compressed with xz", "unpack it with unxz"),
     (

@@ -1,8 +1,8 @@
 //! Tables with a pair of columns for every signal, X and Y, under one name: the exports of drives' scopes and of
 //! TwinCAT Scope.
 //!
-//! The name of a pair is above its X. TwinCAT has a line `Name,A,Name,B` instead, and similar lines of `Unit` and
-//! `SampleTime[ms]`.
+//! The name of a pair is above its X, or its columns are named `A_X` and `A_Y`. TwinCAT has a line `Name,A,Name,B`
+//! instead, and similar lines of `Unit` and `SampleTime[ms]`.
 
 use super::super::cells::{Cells, Separator, number, texts};
 use super::super::table::{Cell, Table, TableColumn};
@@ -78,13 +78,25 @@ fn header(text: &str) -> Option<Header> {
             })
         };
         let marks = above.iter().rev().find(|row| pairs(row));
-        let (names, x) = match (keyed("name"), above.iter().rev().find(is_over)) {
+        let over = above.iter().rev().find(is_over);
+        // Coordinates of points are named so too, and fall as well as rise.
+        let rises = |at: usize| {
+            let read = |row: &Vec<String>| number(row.get(at)?.as_bytes(), byte != b',', "").ok();
+            let xs: Vec<f64> = lines[first..].iter().filter_map(read).collect();
+            xs.windows(2).all(|two| two[0] < two[1])
+        };
+        let ended = || {
+            let names = above.last().and_then(|row| ended(row))?;
+            let is_whole = names.len() == count / 2 && (0..count).step_by(2).all(rises);
+            is_whole.then_some(names)
+        };
+        let (names, x) = match (keyed("name"), over) {
             (Some(names), _) => (odd(names), "time".to_owned()),
             (None, Some(over)) => {
                 let names = (0..count / 2).map(|pair| over[2 * pair].clone()).collect();
                 (names, marks.map_or("X".to_owned(), |row| row[0].clone()))
             }
-            (None, None) => return None,
+            (None, None) => (ended()?, "X".to_owned()),
         };
         let units = match keyed("unit") {
             Some(units) => odd(units)
@@ -103,6 +115,21 @@ fn header(text: &str) -> Option<Header> {
             sample_time_ms,
         })
     })
+}
+
+/// The names of pairs `A_X,A_Y,B_X,B_Y`.
+fn ended(row: &[String]) -> Option<Vec<String>> {
+    let end = |name: &str, of: char| {
+        let stem = name.strip_suffix([of, of.to_ascii_uppercase()])?;
+        let is_apart = stem.ends_with(['_', ' ', '.', '-', ':']);
+        let stem = stem.trim_end_matches(['_', ' ', '.', '-', ':']);
+        (is_apart && !stem.is_empty()).then(|| stem.to_owned())
+    };
+    let name = |pair: &[String]| {
+        let (x, y) = (end(&pair[0], 'x')?, end(&pair[1], 'y')?);
+        (x == y).then_some(x)
+    };
+    row.chunks_exact(2).map(name).collect()
 }
 
 /// Whether a text has this format.
@@ -241,6 +268,17 @@ mod tests {
         );
         let other = log.replace(" 2,7, 2,1", " 2,7, 2.5,1");
         assert!(text(&other).contains("2,7,\n2.5,,1\n"), "{}", text(&other));
+    }
+
+    #[test]
+    fn names_that_end_in_x_and_y_are_pairs() {
+        let log = "Pos [counts]_X,Pos [counts]_Y,u_X,u_Y\n0,5,0,1\n1,6,1,1\n2,7,2,1\n3,8,3,1\n";
+        let read = "\"X\",\"Pos [counts]\",\"u\"\n0,5,1\n1,6,1\n2,7,1\n3,8,1\n";
+        assert_eq!(text(log), read);
+        assert_eq!(text(&log.replace("_X", " x").replace("_Y", " y")), read);
+        for other in [log.replace("u_X", "v_X"), log.replace("2,7,2,1", "2,7,0,1")] {
+            assert!(!is_pairs(other.as_bytes()), "{other}");
+        }
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Commands without a sign for a shaft that turns in both directions: PWM around half of full drive (locked
 //! antiphase), or a magnitude without its direction.
 
-use super::decide::{Decision, short};
+use super::decide::Decision;
+use crate::plain::short;
 
 /// Least rate of a turning row as a share of the largest.
 const TURNS: f64 = 0.25;

@@ -7,11 +7,12 @@ use super::clock_units::{
     CLOCK_WRAP, CLOCK_WRAP_16, in_seconds, is_days, unit_since_epoch, wraps_at_16_bits,
 };
 use super::column::Column;
-use super::decide::{Decision, short};
+use super::decide::Decision;
 use super::given::number_and_rest;
 use super::readings::Readings;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
+use crate::plain::short;
 
 /// Share by which a given sample time contradicts the log's clock; jitter and rounding are smaller.
 const CONTRADICTS: f64 = 0.05;

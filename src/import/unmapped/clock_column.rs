@@ -67,13 +67,18 @@ impl Decision<'_> {
                 usize::MAX - at,
             )
         };
-        if let Some(at) = named.max_by_key(rank) {
-            return Ok(at);
-        }
         // A ratio, 1:50, is written as a time too.
         let is_stamped =
             |at: &usize| self.column(*at).is_stamps() && Readings::of(&self.readings(*at)).go_on();
-        if let Some(at) = all().find(is_stamped) {
+        let stamped = all().find(is_stamped);
+        // A `Time` that counts the rows is none beside time stamps.
+        let counts_rows =
+            |at: &usize| self.name_facts[*at].unit.is_none() && self.column(*at).is_row_number();
+        let named = named.max_by_key(rank);
+        if let Some(at) = named
+            .filter(|at| stamped.is_none() || !counts_rows(at))
+            .or(stamped)
+        {
             return Ok(at);
         }
         if let Some(pair) = self.pair(None) {

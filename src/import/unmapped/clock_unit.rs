@@ -1,9 +1,12 @@
 //! The unit of a clock without one in its name: the units that its step allows; of several, the one that other columns of the log agree with.
 
+use super::clock::as_time;
 use super::clock_units::{in_seconds, units_of_clock};
-use super::decide::{Decision, short};
+use super::decide::Decision;
+use super::given::number_and_rest;
 use super::readings::Readings;
-use super::units::Role;
+use super::units::{Role, unit_of};
+use crate::plain::short;
 
 /// Words of time counters in addition to those of encoder counters.
 const TICKS: [&str; 7] = [
@@ -15,6 +18,8 @@ const TICKS: [&str; 7] = [
     "elapsedticks",
     "timerticks",
 ];
+/// Words of hundredths of a second.
+const HUNDREDTHS: [&str; 4] = ["cs", "centiseconds", "hundredths", "csec"];
 /// Words of a processor's cycles, which are no unit of time.
 const CYCLES: [&str; 4] = ["cycles", "cyccnt", "ccount", "tsc"];
 /// Steps of a counter of time are within this factor of their median...
@@ -72,17 +77,32 @@ impl Decision<'_> {
             );
             return Err(("SAMPLETIME".to_owned(), why));
         }
+        if let Some((unit, unit_s)) = self.times_a_unit(at) {
+            let why = format!(
+                "{name} counts in {unit} by its name, which is no unit of a clock here: a row every {} s; of another clock: COLUMN:UNIT",
+                short(step * unit_s)
+            );
+            return Err((as_time(step * unit_s), why));
+        }
         let units = units_of_clock(step, self.has_word(at, &TICKS));
-        if let [unit] = units.as_slice() {
+        let told = self.step_told(at, step);
+        let is_other = |unit: &str| {
+            let times = |step_s: f64| step * in_seconds(unit) / step_s;
+            told.as_ref()
+                .is_some_and(|(step_s, _)| times(*step_s).log10().round() != 0.0)
+        };
+        if let [unit] = units.as_slice()
+            && !is_other(unit)
+        {
             return Ok(ClockUnit { unit, by: None });
         }
-        if let Some((step_s, by)) = self.step_told(at, step) {
+        if let Some((step_s, by)) = &told {
             let agrees = |unit: &&&str| {
                 let times = step * in_seconds(unit) / step_s;
                 (AGREES.recip()..=AGREES).contains(&times)
             };
             if let Some(unit) = units.iter().find(agrees) {
-                let by = Some(by);
+                let by = Some(by.clone());
                 return Ok(ClockUnit { unit, by });
             }
         }
@@ -92,14 +112,45 @@ impl Decision<'_> {
             [] => "s, ms, us, 100ns or ns".to_owned(),
             units => units.iter().map(gives).collect::<Vec<_>>().join(", "),
         };
+        let told = told.map_or_else(String::new, |(step_s, by)| {
+            format!(", and by {by} every {} s", short(step_s))
+        });
         let why = format!(
-            "{name} goes on by {} from row to row and names no unit: {what}; for rows 10 ms apart: --time 10ms",
+            "{name} goes on by {} from row to row and names no unit: {what}{told}; for rows 10 ms apart: --time 10ms",
             short(step)
         );
         let off = |unit: &&&str| (step * in_seconds(unit) / USUAL_S).ln().abs();
         let nearest = units.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         let proposed = nearest.copied().unwrap_or("UNIT");
         Err((format!("{flag}:{proposed}"), why))
+    }
+
+    /// A multiple of a unit in a name: `time_cs`, `t_100us`, `Time [0.1 ms]`; its words, and its seconds.
+    fn times_a_unit(&self, at: usize) -> Option<(String, f64)> {
+        let column = self.column(at);
+        let texts = [column.name.as_deref(), column.unit_line.as_deref()];
+        texts.into_iter().flatten().find_map(|text| {
+            let text = text.replace(['µ', 'μ'], "u").to_lowercase();
+            let is_between = |c: char| !c.is_alphanumeric() && c != '.';
+            let words: Vec<&str> = text
+                .split(is_between)
+                .filter(|word| !word.is_empty())
+                .collect();
+            if let Some(word) = words.iter().find(|word| HUNDREDTHS.contains(word)) {
+                return Some(((*word).to_owned(), 0.01));
+            }
+            let spaced = words.windows(2).map(|two| two.concat());
+            let all: Vec<String> = words
+                .iter()
+                .map(|word| (*word).to_owned())
+                .chain(spaced)
+                .collect();
+            all.iter().find_map(|word| {
+                let (times, unit) = number_and_rest(word)?;
+                let unit = unit_of(Role::Time, unit)?;
+                Some((format!("{} {unit}", short(times)), times * in_seconds(unit)))
+            })
+        })
     }
 
     /// Time from row to row in s by another clock, whose unit is known, or by a line that states it; and which.

@@ -3,13 +3,14 @@
 use super::super::cells::value_after;
 use super::super::map_command::CommandSection;
 use super::super::unwrap::profile;
-use super::decide::{Decision, short};
+use super::decide::Decision;
 use super::file_name::commands_of;
 use super::given::{Steps, expected};
 use super::pulses::pulse;
 use super::sum::Sum;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
+use crate::plain::short;
 
 /// Numbers of full drive: timers of 8, 10, 12 and 16 bits.
 pub(super) const FULL_DRIVES: [f64; 4] = [255.0, 1023.0, 4095.0, 65_535.0];

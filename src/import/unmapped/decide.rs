@@ -13,6 +13,7 @@ use super::survey::Survey;
 use super::turns::is_sensor;
 use super::unclear::{Missing, Unclear};
 use super::units::Role;
+use crate::plain::short;
 
 /// Most columns in a message.
 pub(super) const MOST_NAMED: usize = 30;
@@ -74,8 +75,7 @@ impl<'a> Decision<'a> {
         };
         map.rows.every = given.every;
         map.m_per_rev = given.m_per_rev;
-        let notes = (name_facts.iter().zip(&survey.columns))
-            .filter_map(|(facts, column)| {
+        let times: Vec<String> = (name_facts.iter().zip(&survey.columns)).filter_map(|(facts, column)| {
                 let (times, name) = (facts.times?, column.name.as_ref()?);
                 Some(format!(
                     "`{name}`: by its name its numbers are {} times the quantity, and a unit takes them as they are; \
@@ -83,8 +83,7 @@ impl<'a> Decision<'a> {
                     short(times),
                     short(1.0 / times)
                 ))
-            })
-            .collect();
+        }).collect();
         Self {
             survey,
             given,
@@ -92,7 +91,7 @@ impl<'a> Decision<'a> {
             name_facts,
             map,
             understood: Vec::new(),
-            notes,
+            notes: survey.notes.iter().cloned().chain(times).collect(),
             missing: Vec::new(),
             line: given.flags(),
             used: Vec::new(),
@@ -367,19 +366,4 @@ impl<'a> Decision<'a> {
             self.understand("unused", None, None, words);
         }
     }
-}
-
-/// A number for messages.
-pub(super) fn short(number: f64) -> String {
-    if number == 0.0 || !number.is_finite() {
-        return number.to_string();
-    }
-    // Six digits without trailing zeros.
-    let digits = 5 - number.abs().log10().floor() as i32;
-    let factor = 10_f64.powi(digits);
-    let rounded = (number * factor).round() / factor;
-    format!("{:.*}", digits.clamp(0, 12) as usize, rounded)
-        .trim_end_matches(|c| c == '0' && digits > 0)
-        .trim_end_matches('.')
-        .to_owned()
 }

@@ -2,10 +2,11 @@
 
 use super::super::map::Backwards;
 use super::column::Column;
-use super::decide::{Decision, short};
+use super::decide::Decision;
 use super::given::number_and_rest;
 use super::marks::Marks;
 use super::unclear::Unclear;
+use crate::plain::short;
 
 /// Words of a column of directions.
 pub(super) const DIRECTIONS: [&str; 4] = ["dir", "direction", "richtung", "sign"];

@@ -2,11 +2,12 @@
 
 use super::super::map_file::FieldSection;
 use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
-use super::decide::{Decision, short};
+use super::decide::Decision;
 use super::given::{expected, number_and_rest};
 use super::marks::Marks;
 use super::unclear::Unclear;
 use super::units::Role;
+use crate::plain::short;
 
 /// Least number of rows with backward drive and forward counts that is significant.
 const BACKWARDS: usize = 5;
@@ -15,18 +16,34 @@ const SLOWED: f64 = 0.98;
 
 impl Decision<'_> {
     /// The number of full drive, and its source.
-    pub(super) fn full_drive(&self, most: f64, named: Option<f64>) -> Option<(f64, &'static str)> {
+    pub(super) fn full_drive(&self, most: f64, named: Option<f64>) -> Option<(f64, String)> {
         if let Some(full) = self.given.pwm_full.or(named) {
-            return Some((full, ""));
+            return Some((full, String::new()));
+        }
+        if let Some(at) = (0..self.survey.columns.len()).find(|at| self.is_period(*at, most)) {
+            let how = format!(", as {} is (--pwm-full says another)", self.name(at));
+            return Some((self.column(at).highest(), how));
         }
         if FULL_DRIVES.contains(&most) {
-            return Some((most, ", the largest there is"));
+            return Some((most, ", the largest there is".to_owned()));
         }
         let is_byte = most > PERCENT && most < FULL_DRIVES[0];
-        is_byte.then_some((
-            FULL_DRIVES[0],
-            ", as of analogWrite (--pwm-full says another)",
-        ))
+        is_byte.then(|| {
+            let how = ", as of analogWrite (--pwm-full says another)";
+            (FULL_DRIVES[0], how.to_owned())
+        })
+    }
+
+    /// Whether a column is the constant period of a pulse width, such as `pwm_period` beside `pwm_duty`.
+    fn is_period(&self, at: usize, most: f64) -> bool {
+        let (column, words) = (self.column(at), &self.name_facts[at].words);
+        let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+        let is_constant = column.is_numeric() && column.lowest() == column.highest();
+        is_constant
+            && column.highest() >= most
+            && column.highest() > 0.0
+            && has(&["pwm", "duty", "timer"])
+            && has(&["period", "top", "max", "range"])
     }
 
     /// The supply of a share: as text, or requested.

@@ -1,7 +1,7 @@
 //! A constant command in the name of the log: `step_12V.csv`, `motor 9,5 V run2.txt`, `pwm120.csv`.
 
 use super::command::PERCENT;
-use super::decide::short;
+use crate::plain::short;
 
 /// The commands in a file's name, without repetitions, in the format of `--command` before the `@`. `1_5V` has two: 5
 /// V, and 1.5 V.

@@ -1,8 +1,9 @@
 //! Facts about a log from the user: one flag per quantity.
 
-use super::super::map::{ColumnRef, Integration};
+use super::super::map::ColumnRef;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
+use crate::recording::Integration;
 
 /// The flags of `motorlab import`, as given.
 #[derive(Debug, Clone, Default, PartialEq)]

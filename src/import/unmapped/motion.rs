@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use super::super::map_file::PositionSection;
 use super::column::Column;
-use super::decide::{Decision, short};
+use super::decide::Decision;
 use super::given::expected;
 use super::names::is_input;
 use super::turns::{is_sensor, turn_in};
 use super::unclear::Unclear;
 use super::units::Role;
+use crate::plain::short;
 
 /// Largest counts per revolution derived from a column's digits: finer ones are a float's.
 pub(super) const FINEST: f64 = 1e6;
@@ -73,6 +74,11 @@ impl Decision<'_> {
         if positions.len() + speeds.len() > 1 {
             positions.retain(|&at| !self.column(at).is_row_number() && !self.is_tick_clock(at));
         }
+        if let Some(channels) = self.channels()
+            && channels.iter().all(|at| positions.contains(at))
+        {
+            positions.retain(|at| !channels.contains(at));
+        }
         positions = self.beside_said(positions);
         let in_counts: Vec<usize> = (positions.iter().copied())
             .filter(|&at| self.name_facts[at].unit == Some("counts"))
@@ -97,8 +103,14 @@ impl Decision<'_> {
                 return Some(first);
             }
             (several, _) => {
+                // Whole turns beside an angle are the coarser of the two.
+                let is_coarse = |at: &usize| {
+                    self.name_facts[*at].unit == Some("rev") && self.column(*at).is_whole()
+                };
+                let mut several = several.to_vec();
+                several.sort_by_key(is_coarse);
                 let first = several[0];
-                self.which("--position", "position", several);
+                self.which("--position", "position", &several);
                 self.tentatively(|decision| decision.position(first, None));
                 return Some(first);
             }

@@ -1,6 +1,7 @@
 //! Servo pulses: a command as the width of a pulse in µs, around 1500 for two directions or from 1000 on for one.
 
-use super::decide::{Decision, short};
+use super::decide::Decision;
+use crate::plain::short;
 
 /// Range of pulse widths in µs of receivers and speed controllers: 1000 to 2000 with a margin.
 const WIDTHS_US: (f64, f64) = (800.0, 2200.0);

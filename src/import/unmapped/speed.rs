@@ -2,15 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use super::super::map::Integration;
 use super::super::map_file::SpeedSection;
-use super::decide::{Decision, short};
+use super::decide::Decision;
 use super::given::expected;
 use super::grid::step_of;
 use super::motion::{FINEST, ODRIVE, WHOLE, whole};
 use super::names::is_frequency;
-use super::speed_rule::{Row, SpeedOf, rule};
 use super::units::{EITHER_PER_S, Role};
+use crate::plain::{rounded_to, short};
+use crate::recording::Integration;
+use crate::recording::speed_rule::{INSTANT, MEAN, Row, rule};
 
 /// Residual of a first-order motor relative to the largest speed below which it explains the speed: a filter in the
 /// sketch leaves more.
@@ -209,22 +210,8 @@ impl Decision<'_> {
             return;
         }
         let rule = rule(&self.rows_of_motor(at));
-        let rms = |left: f64| format!("{} {unit}", short(digits(left, 2)));
-        const INSTANT: &str = "the speed at the instant of the row";
-        const MEAN: &str = "the mean since the row before";
         let (integrate, words) = match &rule {
-            Some(found) => {
-                let (integrate, this, other, flag) = match found.speed_of {
-                    SpeedOf::Instant => (Integration::Trapezoid, INSTANT, MEAN, "backward"),
-                    SpeedOf::Mean => (Integration::Backward, MEAN, INSTANT, "trapezoid"),
-                };
-                let (left, left_other) = (rms(found.left), rms(found.left_other));
-                let words = format!(
-                    "; it is {this}: a first-order motor leaves {left} RMS, as {other} {left_other} \
-                     (--integrate {flag} says that one)"
-                );
-                (integrate, words)
-            }
+            Some(found) => (found.integration(), format!("; {}", found.words(&unit))),
             None => {
                 let words = format!(
                     "; taken as {INSTANT}, which the motion does not show \
@@ -235,10 +222,7 @@ impl Decision<'_> {
         };
         if let Some(speed) = &mut self.map.speed {
             speed.integrate = integrate;
-            // Between rows the speed follows the motor, not a straight line.
-            speed.time_constant_s = rule
-                .filter(|found| found.speed_of == SpeedOf::Instant)
-                .map(|found| digits(found.time_constant_s, 4));
+            speed.time_constant_s = rule.and_then(|found| found.curve_s());
         }
         if let Some(understood) = self.understood.iter_mut().find(|one| one.what == "speed") {
             understood.words.push_str(&words);
@@ -258,7 +242,7 @@ impl Decision<'_> {
     fn resolution(&self, at: usize, step: Option<f64>) -> Option<f64> {
         let column = self.column(at);
         let resolution = step.unwrap_or(2.0 * column.rounding());
-        (resolution > IMMATERIAL * column.most()).then(|| digits(resolution, 6))
+        (resolution > IMMATERIAL * column.most()).then(|| rounded_to(resolution, 6))
     }
 
     /// Rows with a time, a command and a speed.
@@ -323,14 +307,4 @@ fn is_power_of_ten(step: f64) -> bool {
 fn is_whole_multiple(found: f64, given: f64) -> bool {
     let times = f64::max(found / given, given / found);
     (times - times.round()).abs() < WHOLE * times
-}
-
-/// A number with this many significant digits, for messages and mappings.
-fn digits(number: f64, count: i32) -> f64 {
-    if number == 0.0 {
-        return number;
-    }
-    let digit = 10_f64.powi(number.abs().log10().floor() as i32 + 1 - count);
-    let rounded = (number / digit).round() * digit;
-    short(rounded).parse().unwrap_or(number)
 }

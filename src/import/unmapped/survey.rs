@@ -1,15 +1,16 @@
 //! Survey of the beginning of a log: its format, and the content of its columns.
 
-use super::super::cells::{Cells, Separator, decode, number, without_groups};
+use super::super::cells::{Cells, Separator, decode, without_groups};
 use super::super::labels::labels;
 use super::super::lines::{Line, lines};
 use super::super::map_file::FileSection;
-use super::super::stamp::{before_line, stamp};
+use super::super::stamp::before_line;
 use super::super::table::Table;
 use super::column::Column;
-use super::table::{BANNER_LINES, Layout, Numbered, layout};
+use super::column_names::{all_words, cells_of, is_names, name_columns, only_one_of_a_name};
+use super::commas::{COMMAS_WITHIN, Width};
+use super::table::{BANNER_LINES, Numbered, layout};
 use super::thousands::Thousands;
-use super::units::unit_of;
 
 /// Most rows read: a minute at 3 ms.
 const ROWS: usize = 20_000;
@@ -31,6 +32,8 @@ pub(super) struct Survey {
     pub rows: usize,
     /// The column whose words divide the runs.
     pub split_by: Option<String>,
+    /// Notes for the user.
+    pub notes: Vec<String>,
 }
 
 /// Contents of the first rows of a table.
@@ -135,7 +138,22 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
         }
     };
     let mut marks = [b',', b'.'].map(Thousands::of);
-    each_row(&mut |cells| marks.iter_mut().for_each(|mark| mark.take(cells)));
+    let mut widths: Vec<Width> = vec![Width::default(); layout.columns];
+    each_row(&mut |cells| {
+        marks.iter_mut().for_each(|mark| mark.take(cells));
+        (widths.iter_mut().enumerate()).for_each(|(at, width)| width.take(cells.get(at)));
+    });
+    let padded = widths.iter().skip(1).position(Width::is_padded);
+    if let Some(at) = padded
+        && layout.separator == Separator::Byte(b',')
+        && found.file.names == Some(false)
+    {
+        let why = format!(
+            "column {} is written as the decimals of a number are, such as 05",
+            at + 2
+        );
+        found.notes.push(format!("{why}; {COMMAS_WITHIN}"));
+    }
     let thousands = marks.iter().find_map(Thousands::mark);
     found.file.thousands = thousands.map(|mark| char::from(mark).to_string());
     each_row(&mut |cells| {
@@ -201,133 +219,6 @@ fn lines_of(head: &[u8], is_whole: bool) -> Vec<Numbered> {
         found.pop();
     }
     found
-}
-
-fn cells_of(line: &[u8], separator: Separator) -> Vec<String> {
-    let mut cells = Cells::default();
-    cells.split(line, separator);
-    let mut found: Vec<String> = (0..cells.len())
-        .map(|at| cells.text(at).into_owned())
-        .collect();
-    while found.len() > 1 && found.last().is_some_and(String::is_empty) {
-        found.pop();
-    }
-    found
-}
-
-fn is_name(cell: &str) -> bool {
-    !cell.is_empty() && number(cell.as_bytes(), true, "").is_err()
-}
-
-/// Whether no cell is a number, ignoring a terminal's stamp and the unnamed index of pandas.
-fn all_words(cells: &[String]) -> bool {
-    let is_apart = |cell: &String| cell.is_empty() || stamp(cell.as_bytes()).is_some();
-    let from = usize::from(cells.first().is_some_and(is_apart));
-    cells.len() > from && cells[from..].iter().all(|cell| is_name(cell))
-}
-
-fn is_names(cells: &Cells) -> bool {
-    let texts: Vec<String> = (0..cells.len())
-        .map(|at| cells.text(at).into_owned())
-        .collect();
-    all_words(&texts)
-}
-
-/// A line of units between names and rows, such as `ms;V;deg`.
-fn is_units(cells: &[String]) -> bool {
-    use super::units::Role::{Command, Current, Position, Speed, Time};
-    let is_unit = |cell: &String| {
-        let cell = cell.trim_matches(['[', ']', '(', ')']);
-        let roles = [Time, Position, Speed, Command, Current];
-        let is_known = || roles.into_iter().any(|role| unit_of(role, cell).is_some());
-        cell.is_empty() || matches!(cell, "-" | "1" | "PWM") || is_known()
-    };
-    cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(is_unit)
-}
-
-/// Names, units and the lines before them, from the lines above the first row.
-fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
-    let lines_before_rows = table[layout.first].0 - 1;
-    if layout.separator == Separator::Labels {
-        found.file.skip_lines = lines_before_rows;
-        let labels = labels(&table[layout.first].1).unwrap_or_default();
-        for (column, label) in found.columns.iter_mut().zip(labels) {
-            column.name = Some(decode(&label).into_owned()).filter(|name| !name.is_empty());
-            column.is_by_name = column.name.is_some();
-        }
-        only_one_of_a_name(&mut found.columns);
-        return;
-    }
-    let above = |back: usize| {
-        let at = layout.first.checked_sub(back)?;
-        let (line, text) = &table[at];
-        Some((*line, cells_of(text, layout.separator)))
-    };
-    let is_header =
-        |cells: &[String]| all_words(cells) && cells.len() == layout.columns && !is_banner(cells);
-    let fits = |header: &Option<(u64, Vec<String>)>| {
-        header.as_ref().is_some_and(|(_, cells)| is_header(cells))
-    };
-    let (first, second) = (above(1), above(2));
-    let has_units = fits(&second)
-        && first
-            .as_ref()
-            .is_some_and(|(_, cells)| cells.len() <= layout.columns && is_units(cells));
-    let (header, units) = if has_units {
-        (second, first)
-    } else {
-        (first, None)
-    };
-    match header {
-        Some((line, cells)) if is_header(&cells) => {
-            found.file.skip_lines = line - 1;
-            found.file.names = Some(true);
-            found.file.unit_lines = u64::from(units.is_some());
-            for (column, name) in found.columns.iter_mut().zip(cells) {
-                column.name =
-                    Some(name).filter(|name| !name.is_empty() && stamp(name.as_bytes()).is_none());
-                column.is_by_name = column.name.is_some();
-            }
-            for (column, unit) in found
-                .columns
-                .iter_mut()
-                .zip(units.into_iter().flat_map(|(_, cells)| cells))
-            {
-                column.unit_line = Some(unit.trim_matches(['[', ']', '(', ')']).to_owned());
-            }
-        }
-        // A line of names without the terminal's stamp of the rows.
-        Some((_, cells))
-            if all_words(&cells) && cells.len() + 1 == layout.columns && !is_banner(&cells) =>
-        {
-            found.file.skip_lines = lines_before_rows;
-            found.file.names = Some(false);
-            for (column, name) in found.columns.iter_mut().skip(1).zip(cells) {
-                column.name = Some(name);
-            }
-        }
-        Some(_) => {
-            found.file.skip_lines = lines_before_rows;
-            found.file.names = Some(false);
-        }
-        None => found.file.names = Some(false),
-    }
-    only_one_of_a_name(&mut found.columns);
-}
-
-/// Whether a line has no names: `out =` of MATLAB, or the lines that a terminal prints after a rule.
-fn is_banner(cells: &[String]) -> bool {
-    let is_rule = |cell: &String| cell.starts_with("---");
-    cells.last().is_some_and(|last| last == "=") || cells.first().is_some_and(is_rule)
-}
-
-/// Columns with a repeated name are referred to by number.
-fn only_one_of_a_name(columns: &mut [Column]) {
-    let names: Vec<Option<String>> = columns.iter().map(|column| column.name.clone()).collect();
-    for column in columns {
-        let twice = names.iter().filter(|name| **name == column.name).count() > 1;
-        column.is_by_name &= !twice;
-    }
 }
 
 #[cfg(test)]

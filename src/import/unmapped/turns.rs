@@ -21,14 +21,19 @@ const DECIMALS: f64 = 1e4;
 const ANALOGUE: [&str; 5] = ["photo", "opto", "hall", "lightbarrier", "phototransistor"];
 
 impl Decision<'_> {
-    /// For two channels of a quadrature encoder from a logic analyzer: how their edges become counts.
-    pub(super) fn levels_of_channels(&self) -> String {
+    /// The only two columns of levels, as the channels A and B of a quadrature encoder have.
+    pub(super) fn channels(&self) -> Option<[usize; 2]> {
         let is_level = |&at: &usize| {
             let column = self.column(at);
             column.is_numeric() && column.levels() == [0.0, 1.0]
         };
         let levels: Vec<usize> = (0..self.survey.columns.len()).filter(is_level).collect();
-        let [a, b] = levels.as_slice() else {
+        levels.try_into().ok()
+    }
+
+    /// For two channels of a quadrature encoder from a logic analyzer: how their edges become counts.
+    pub(super) fn levels_of_channels(&self) -> String {
+        let Some([a, b]) = self.channels() else {
             return String::new();
         };
         let (first, second) = (a + 1, b + 1);
@@ -36,8 +41,8 @@ impl Decision<'_> {
             "; {} and {} hold 0 and 1, as the channels A and B of an encoder do. Their edges are counted by \
              awk -F, 'NR==1{{print \"time_s,counts\"}} NR>1{{i=index(\"0132\",2*${first}+${second})-1; if(NR>2){{d=(i-p+4)%4; \
              n+=(d==3)?-1:d}}; p=i; print $1 \",\" n+0}}' LOG > counts.csv",
-            self.name(*a),
-            self.name(*b)
+            self.name(a),
+            self.name(b)
         )
     }
 

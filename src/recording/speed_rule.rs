@@ -8,6 +8,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::Integration;
+use crate::plain::{rounded_to, short};
+
 /// Number of time constants of the grid, from a fifth of the sample time...
 const GRID: usize = 24;
 const LEAST_TIME_CONSTANT: f64 = 0.2;
@@ -28,7 +31,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// Kind of a logged speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum SpeedOf {
+pub(crate) enum SpeedOf {
     /// The instantaneous speed of the row.
     Instant,
     /// The mean since the previous row.
@@ -37,7 +40,7 @@ pub(super) enum SpeedOf {
 
 /// One row of the log.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Row {
+pub(crate) struct Row {
     pub t_s: f64,
     pub command: f64,
     pub speed: f64,
@@ -45,7 +48,7 @@ pub(super) struct Row {
 
 /// Result of the fit of a first-order motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Rule {
+pub(crate) struct Rule {
     pub speed_of: SpeedOf,
     pub time_constant_s: f64,
     /// Residual RMS of the speed, and that of the other rule.
@@ -53,8 +56,41 @@ pub(super) struct Rule {
     pub left_other: f64,
 }
 
+/// For messages.
+pub(crate) const INSTANT: &str = "the speed at the instant of the row";
+pub(crate) const MEAN: &str = "the mean since the row before";
+
+impl Rule {
+    pub(crate) fn integration(&self) -> Integration {
+        match self.speed_of {
+            SpeedOf::Instant => Integration::Trapezoid,
+            SpeedOf::Mean => Integration::Backward,
+        }
+    }
+
+    /// The time constant in s with which the speed goes from row to row, not in a straight line.
+    pub(crate) fn curve_s(&self) -> Option<f64> {
+        (self.speed_of == SpeedOf::Instant).then(|| rounded_to(self.time_constant_s, 4))
+    }
+
+    /// What it is, why, and the flag for the other one.
+    pub(crate) fn words(&self, unit: &str) -> String {
+        let (this, other, flag) = match self.speed_of {
+            SpeedOf::Instant => (INSTANT, MEAN, Integration::Backward),
+            SpeedOf::Mean => (MEAN, INSTANT, Integration::Trapezoid),
+        };
+        let said = |left: f64| format!("{} {unit}", short(rounded_to(left, 2)));
+        format!(
+            "it is {this}: a first-order motor leaves {} RMS, as {other} {} (--integrate {} says that one)",
+            said(self.left),
+            said(self.left_other),
+            flag.name()
+        )
+    }
+}
+
 /// The rule with the smaller residual for a first-order motor, if one is significantly better.
-pub(super) fn rule(rows: &[Row]) -> Option<Rule> {
+pub(crate) fn rule(rows: &[Row]) -> Option<Rule> {
     let blocks: Vec<&[Row]> = rows
         .chunk_by(|before, after| after.t_s > before.t_s)
         .filter(|block| block.len() > 2)

@@ -1,0 +1,205 @@
+//! What `to_json` of pandas writes of a frame, in each of its orients. An index that is more than the numbers of the rows is a
+//! column.
+
+use serde_json::{Map, Value};
+
+use super::super::table::{Table, TableColumn};
+use super::json::{Columns, number};
+use super::{Form, FormatError};
+
+const FORM: Form = Form::Json;
+/// Fewest rows.
+const LEAST_ROWS: usize = 3;
+/// Name of the column of the index.
+const INDEX: &str = "index";
+
+/// A frame by rows: `split`, `table` or `index`.
+pub(super) fn of_pandas(map: &Map<String, Value>) -> Result<Option<Table>, FormatError> {
+    let list = |key: &str| map.get(key).and_then(Value::as_array);
+    let has_fields = map
+        .get("schema")
+        .is_some_and(|schema| schema.get("fields").is_some());
+    match (list("columns"), list("data")) {
+        (Some(names), Some(rows)) => split(names, rows, list("index")),
+        (None, Some(rows)) if has_fields => {
+            let mut columns = Columns::default();
+            rows.iter().try_for_each(|row| columns.row(row))?;
+            Ok(Some(columns.table()))
+        }
+        _ => by_rows(map),
+    }
+}
+
+fn split(
+    names: &[Value],
+    rows: &[Value],
+    index: Option<&Vec<Value>>,
+) -> Result<Option<Table>, FormatError> {
+    let names: Option<Vec<String>> = names.iter().map(name_of).collect();
+    let rows: Option<Vec<&Vec<Value>>> = rows.iter().map(Value::as_array).collect();
+    let (Some(names), Some(rows)) = (names, rows) else {
+        return Ok(None);
+    };
+    if rows.iter().any(|row| row.len() != names.len()) {
+        return Ok(None);
+    }
+    let index: Option<Vec<f64>> = index.and_then(|index| index.iter().map(number).collect());
+    let index = index.filter(|index| index.len() == rows.len() && is_more_than_numbers(index));
+    let mut columns = Columns::default();
+    for (at, row) in rows.into_iter().enumerate() {
+        if let Some(index) = &index {
+            columns.put(INDEX, index[at]);
+        }
+        for (name, value) in names.iter().zip(row) {
+            columns.put_value(name, value, 1);
+        }
+        columns.end_row(FORM)?;
+    }
+    Ok(Some(columns.table()))
+}
+
+/// An object of rows, whose keys are the index.
+fn by_rows(map: &Map<String, Value>) -> Result<Option<Table>, FormatError> {
+    let is_row = |row: &&Value| {
+        let names = row.as_object().map(Map::keys);
+        names.is_some_and(|mut names| names.all(|name| name.parse::<f64>().is_err()))
+    };
+    let is_frame =
+        |(_, rows): &(Vec<f64>, Vec<&Value>)| rows.len() >= LEAST_ROWS && rows.iter().all(is_row);
+    let Some((index, rows)) = by_index(map).filter(is_frame) else {
+        return Ok(None);
+    };
+    let is_told = is_more_than_numbers(&index);
+    let mut columns = Columns::default();
+    for (index, row) in index.iter().zip(rows) {
+        if is_told {
+            columns.put(INDEX, *index);
+        }
+        columns.row(row)?;
+    }
+    Ok(Some(columns.table()))
+}
+
+/// Lists of one length, or a frame by columns: an object of objects, whose keys are the index.
+pub(super) fn of_columns(map: &Map<String, Value>) -> Option<Table> {
+    let numbers = |value: &Value| -> Option<(Vec<f64>, Vec<f64>)> {
+        let (index, values): (Vec<f64>, Vec<&Value>) = match value {
+            Value::Array(values) => (Vec::new(), values.iter().collect()),
+            Value::Object(rows) => by_index(rows)?,
+            _ => return None,
+        };
+        let cell = |value: &Value| match value {
+            Value::Null => Some(f64::NAN),
+            value => number(value),
+        };
+        Some((index, values.into_iter().map(cell).collect::<Option<_>>()?))
+    };
+    let column = |name: &str| TableColumn {
+        name: name.to_owned(),
+        unit: None,
+    };
+    let read = |(name, value): (&String, &Value)| Some((column(name), numbers(value)?));
+    let found: Vec<(TableColumn, (Vec<f64>, Vec<f64>))> = map.iter().filter_map(read).collect();
+    let (index, first) = found.first().map(|(_, first)| first)?;
+    let (index, rows) = (index.clone(), first.len());
+    let is_one = |(_, (other, numbers)): &(TableColumn, (Vec<f64>, Vec<f64>))| {
+        *other == index && numbers.len() == rows
+    };
+    if rows < LEAST_ROWS || found.len() < 2 || !found.iter().all(is_one) {
+        return None;
+    }
+    let index = Some(index).filter(|index| is_more_than_numbers(index));
+    let index = index.map(|index| (column(INDEX), index)).into_iter();
+    let columns = found
+        .into_iter()
+        .map(|(column, (_, numbers))| (column, numbers));
+    Some(Table::whole(index.chain(columns).collect()))
+}
+
+fn is_more_than_numbers(index: &[f64]) -> bool {
+    index.iter().enumerate().any(|(at, x)| *x != at as f64)
+}
+
+/// The name of a column; those of several levels are joined.
+fn name_of(value: &Value) -> Option<String> {
+    match value {
+        Value::String(name) => Some(name.clone()),
+        Value::Number(number) => Some(number.to_string()),
+        Value::Array(levels) => {
+            let levels: Option<Vec<String>> = levels.iter().map(name_of).collect();
+            levels.map(|levels| levels.join("."))
+        }
+        _ => None,
+    }
+}
+
+/// The keys as an index, and the values, in its order.
+fn by_index(map: &Map<String, Value>) -> Option<(Vec<f64>, Vec<&Value>)> {
+    let key = |(key, value)| Some((number(&Value::String(String::clone(key)))?, value));
+    let mut rows: Vec<(f64, &Value)> = map.iter().map(key).collect::<Option<_>>()?;
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (!rows.is_empty()).then(|| rows.into_iter().unzip())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::io::Read as _;
+
+    use super::super::json::{is_json, read};
+
+    fn text(json: &str) -> String {
+        assert!(is_json(json.as_bytes()), "{json}");
+        let table = read(json.as_bytes()).unwrap_or_else(|error| panic!("{json}: {error}"));
+        let mut text = String::new();
+        table.text().read_to_string(&mut text).expect("memory");
+        text
+    }
+
+    #[test]
+    fn every_orient_is_read_in_the_order_of_its_index() {
+        let (mut rows, mut list, mut by_row) = (String::new(), String::new(), String::new());
+        let (mut t, mut u, mut index) = (String::new(), String::new(), String::new());
+        for k in 0..12 {
+            let comma = if k > 0 { "," } else { "" };
+            let _ = writeln!(rows, "{},{}", 10 * k, k % 5);
+            let _ = write!(list, "{comma}[{},{}]", 10 * k, k % 5);
+            let _ = write!(
+                by_row,
+                "{comma}\"{k}\":{{\"t\":{},\"u\":{}}}",
+                10 * k,
+                k % 5
+            );
+            let _ = write!(t, "{comma}\"{k}\":{}", 10 * k);
+            let _ = write!(u, "{comma}\"{k}\":{}", k % 5);
+            let _ = write!(index, "{comma}{k}");
+        }
+        let records: Vec<&str> = by_row.split_inclusive('}').collect();
+        let records: String = (records.iter())
+            .map(|row| row[row.find('{').expect("a row")..].to_owned() + ",")
+            .collect();
+        for json in [
+            format!("{{\"columns\":[\"t\",\"u\"],\"index\":[{index}],\"data\":[{list}]}}"),
+            format!("{{{by_row}}}"),
+            format!("{{\"t\":{{{t}}},\"u\":{{{u}}}}}"),
+            format!(
+                "{{\"schema\":{{\"fields\":[]}},\"data\":[{}]}}",
+                records.trim_end_matches(',')
+            ),
+        ] {
+            assert_eq!(text(&json), format!("\"t\",\"u\"\n{rows}"), "{json}");
+        }
+    }
+
+    #[test]
+    fn an_index_of_times_is_a_column() {
+        let table = "\"index\",\"n\",\"u\"\n0,3,5\n0.5,4,6\n1,5,\n";
+        for json in [
+            "{\"columns\":[\"n\",\"u\"],\"index\":[0.0,0.5,1.0],\"data\":[[3,5],[4,6],[5,null]]}",
+            "{\"0.0\":{\"n\":3,\"u\":5},\"0.5\":{\"n\":4,\"u\":6},\"1.0\":{\"n\":5,\"u\":null}}",
+            "{\"n\":{\"0.0\":3,\"0.5\":4,\"1.0\":5},\"u\":{\"0.0\":5,\"0.5\":6,\"1.0\":null}}",
+        ] {
+            assert_eq!(text(json), table, "{json}");
+        }
+    }
+}
