@@ -12,18 +12,19 @@ use motorlab::board::rawlog::{Reader, Writer};
 use motorlab::board::text_lines::{Columns, TextDecoder};
 use motorlab::recording::{SharedLive, Speed, TextRequest, read_run, replay_text};
 
-const COLUMNS: [Option<&str>; 4] = [
+const COLUMNS: [Option<&str>; 5] = [
     None,
     Some("t_us,counts,pwm"),
     Some("t_ms,counts,command_v,supply_v,current_a"),
     Some("counts"),
+    Some("t_us,rpm,pwm"),
 ];
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let &[told, chunk_length, ref text @ ..] = bytes else {
         return;
     };
-    let columns = COLUMNS[usize::from(told % 4)].and_then(|list| Columns::parse(list).ok());
+    let columns = COLUMNS[usize::from(told % 5)].and_then(|list| Columns::parse(list).ok());
     let mut decoder = TextDecoder::new(columns.clone());
     let is_end = |byte: &&u8| matches!(byte, b'\n' | b'\r');
     let lines = text.iter().filter(is_end).count();
@@ -46,6 +47,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         counts_per_rev: 720.0,
         supply_v: 9.0,
         assumed: Vec::new(),
+        integrate: None,
         profile: (told & 8 != 0)
             .then(|| Profile::named("step", 9.0, 4.0).ok())
             .flatten(),

@@ -28,8 +28,8 @@ use crate::hint::In;
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{
-    CaptureError, CaptureRequest, Captured, Ending, MAX_ROWS, SharedLive, WriteError, capture,
-    next_free_name, refuse_no_file,
+    CaptureError, CaptureRequest, Captured, Ending, Integration, MAX_ROWS, SharedLive, WriteError,
+    capture, next_free_name, refuse_no_file,
 };
 
 /// Default duration of a built-in profile in s.
@@ -74,6 +74,11 @@ pub struct Capture {
     /// `auto` where it prints a header line or `label:value` pairs.
     #[arg(long, value_name = "NAMES", allow_hyphen_values = true)]
     pub(super) columns: Option<String>,
+    /// How a speed in these lines becomes a position: backward, where it is the mean since the row before; trapezoid, where it is
+    /// the speed at the instant of the row; forward, where it holds until the next row. [default: the rule that leaves less
+    /// of a first-order motor, else backward]
+    #[arg(long, value_name = "RULE", requires = "columns")]
+    pub(super) integrate: Option<Integration>,
     /// When the board is unplugged, wait for the same board to come back, under whatever name, and
     /// record again from the start into a new file.
     #[arg(long, conflicts_with = "columns")]

@@ -11,7 +11,7 @@ use super::{Failure, Output, Status};
 use crate::board::text_lines::Columns;
 use crate::board::{BoardError, LineReader, Location, Profile, usb_identity};
 use crate::motor::Parameters;
-use crate::recording::{SharedLive, TextError, TextRequest, capture_text};
+use crate::recording::{Integration, SharedLive, TextError, TextRequest, capture_text};
 
 /// Value of `--columns` for a sketch that states its columns.
 pub(super) const AUTO: &str = "auto";
@@ -79,6 +79,9 @@ impl Capture {
         if let Some(profile) = &self.profile {
             header.insert("profile".to_owned(), profile.as_str().into());
         }
+        if let Some(rule) = self.integrate {
+            header.insert("integrate".to_owned(), rule.name().into());
+        }
         let sample_time_s = self.ts.map(|us| f64::from(us) / 1e6);
         for (key, value) in [
             ("sample_time_s", sample_time_s),
@@ -101,6 +104,7 @@ impl Capture {
             counts_per_rev: self.counts_per_rev,
             supply_v: self.supply,
             duration_s: self.duration,
+            integrate: self.integrate,
         }
     }
 
@@ -123,6 +127,7 @@ pub(super) struct TextFacts<'a> {
     pub counts_per_rev: Option<f64>,
     pub supply_v: Option<f64>,
     pub duration_s: Option<f64>,
+    pub integrate: Option<Integration>,
 }
 
 impl TextFacts<'_> {
@@ -163,6 +168,7 @@ impl TextFacts<'_> {
             counts_per_rev: self.counts_per_rev.unwrap_or(nominal.counts_per_rev),
             supply_v,
             assumed,
+            integrate: self.integrate,
             profile,
             duration_s,
             baud: firmware_protocol::BAUD,
@@ -188,6 +194,7 @@ mod tests {
                 counts_per_rev: None,
                 supply_v: None,
                 duration_s,
+                integrate: None,
             };
             let (_, duration_s) = facts.played().expect("a profile");
             duration_s

@@ -26,8 +26,8 @@ use crate::hint::In;
 use crate::motor::plausible;
 use crate::plain::shown;
 use crate::recording::{
-    CaptureRequest, Captured, ReplayError, SharedLive, Speed, TextRequest, refuse_no_file, replay,
-    replay_text,
+    CaptureRequest, Captured, Integration, ReplayError, SharedLive, Speed, TextRequest,
+    refuse_no_file, replay, replay_text,
 };
 
 /// Most events of a log that is played as a device, which holds it in memory.
@@ -72,6 +72,10 @@ pub struct Replay {
         allow_hyphen_values = true
     )]
     columns: Option<String>,
+    /// How a speed in text lines becomes a position: backward, trapezoid or forward, as of `capture`. [default: what the log's
+    /// header says]
+    #[arg(long, value_name = "RULE", conflicts_with = "pty")]
+    integrate: Option<Integration>,
 }
 
 /// Duration in a log's header: 0 is unlimited.
@@ -187,6 +191,13 @@ impl Replay {
             None => Some(0.0),
             stated => stated,
         };
+        let integrate = text(header, "integrate").map(str::parse).transpose();
+        let integrate = integrate.map_err(|error: String| {
+            Failure::wrong(
+                format!("{}: header key `integrate`: {error}", shown(&self.log)),
+                "correct the line `# integrate = ...` at the top of the raw log".to_owned(),
+            )
+        })?;
         let told = TextFacts {
             columns,
             profile: text(header, "profile"),
@@ -200,6 +211,7 @@ impl Replay {
                 given => given,
             },
             duration_s,
+            integrate: self.integrate.or(integrate),
         };
         told.request(&self.output, text(header, "port").unwrap_or("replayed"))
     }

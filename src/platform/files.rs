@@ -1,10 +1,10 @@
 //! Files of the operating system, or in memory where there is none.
 
 #[cfg(not(target_family = "wasm"))]
-pub(crate) use std::fs::{File, OpenOptions, remove_file};
+pub(crate) use std::fs::{File, OpenOptions, remove_file, rename};
 
 #[cfg(target_family = "wasm")]
-pub(crate) use super::memory::{File, OpenOptions, remove_file};
+pub(crate) use super::memory::{File, OpenOptions, remove_file, rename};
 
 use std::io;
 use std::path::Path;

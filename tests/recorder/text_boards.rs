@@ -511,6 +511,74 @@ fn speeds_and_increments_are_integrated_and_marked() {
     }
 }
 
+/// Summed backward, a speed of the instant is ahead by half a row: its time constant is 6 to 7 % low.
+#[test]
+fn a_speed_of_the_instant_is_integrated_as_one() {
+    const TIME_CONSTANT_S: f64 = 0.05;
+    const TOP_REV_S: f64 = 5.0;
+    let steps = [(0, 0.0), (40, 1.0), (140, -0.5), (220, 0.25)];
+    // Speed in rev/s and position in revolutions of row `k`.
+    let state = |k: u32| {
+        let (mut speed, mut turns) = (0.0_f64, 0.0_f64);
+        for (at, (from, share)) in steps.iter().enumerate() {
+            let to = steps.get(at + 1).map_or(k, |(next, _)| *next).min(k);
+            let passed_s = 0.005 * f64::from(to.saturating_sub(*from));
+            let left = (-passed_s / TIME_CONSTANT_S).exp();
+            let end = TOP_REV_S * share;
+            turns += end * passed_s + (speed - end) * TIME_CONSTANT_S * (1.0 - left);
+            speed = end + (speed - end) * left;
+        }
+        (speed, turns)
+    };
+    let pwm = |k: u32| {
+        let reached = steps.iter().rev().find(|(from, _)| *from <= k);
+        reached.map_or(0.0, |(_, share)| 255.0 * share)
+    };
+    let line = |k: u32| format!("{},{:.3},{}\n", k * 5, 60.0 * state(k).0, pwm(k));
+    let arguments = [
+        "--columns",
+        "t_ms,rpm,pwm",
+        "--duration",
+        "1.5",
+        "--counts-per-rev",
+        "2000",
+        "--supply",
+        "12",
+    ];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert!(
+        done.messages
+            .contains("the speed at the instant of the row: a first-order motor leaves")
+            && done.messages.contains("--integrate backward says that one"),
+        "{}",
+        done.messages
+    );
+    let file = file.expect("a file");
+    let how = file.header["text_position"].as_str();
+    assert_eq!(how, Some("integrated from rpm, trapezoid"));
+    assert_eq!(file.header["complete"].as_bool(), Some(true));
+    let first = state(1).1;
+    for (t_s, counts) in file.column("t_s").iter().zip(file.column("counts")) {
+        let k = 1 + (t_s / 0.005).round() as u32;
+        let turned = 2000.0 * (state(k).1 - first);
+        assert!(
+            (counts - turned).abs() < 1.5,
+            "{t_s}: {counts} for {turned}"
+        );
+    }
+    let given = [&arguments[..], &["--integrate", "backward"]].concat();
+    let (done, file) = capture_from(line, &given);
+    assert!(
+        done.messages.contains("the rule backward that is given"),
+        "{}",
+        done.messages
+    );
+    let file = file.expect("a file");
+    let how = file.header["text_position"].as_str();
+    assert_eq!(how, Some("integrated from rpm, backward"));
+}
+
 #[test]
 fn the_handouts_supply_and_counts_are_never_assumed_silently() {
     let line = |k: u32| format!("{},{k},128\n", k * 5);

@@ -97,6 +97,7 @@ impl TextBoard {
             counts_per_rev: self.counts_per_rev,
             supply_v: self.supply_v,
             assumed: Vec::new(),
+            integrate: None,
             profile,
             duration_s: order.duration_s,
             baud: self.baud,

@@ -5,6 +5,7 @@ use super::super::held_line::HeldLine;
 use super::super::line_clock::line_clock;
 use super::super::recorder::Recorder;
 use super::super::{CaptureError, Columns, CommandKind, Ending};
+use super::speeds::Speeds;
 use super::{MEASURED, Running, TextError, TextRecording};
 use crate::board::motion::Motion;
 use crate::board::text_lines::Column;
@@ -90,6 +91,11 @@ impl TextRecording<'_> {
             last_counts: None,
             motion: Motion::default(),
             summed_counts: 0.0,
+            speeds: (self
+                .decoder
+                .columns()
+                .and_then(|columns| columns.summed_up()))
+            .and_then(|column| Speeds::of(column, self.request.counts_per_rev)),
             seq: 0,
             unread: 0,
         });

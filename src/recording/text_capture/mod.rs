@@ -7,6 +7,7 @@
 mod begin;
 mod remarks;
 mod row;
+mod speeds;
 
 use std::future::Future;
 use std::path::PathBuf;
@@ -17,13 +18,14 @@ use super::line_clock::{are_enough, told};
 use super::recorder::{Finish, Recorder};
 use super::text_error::TextError;
 use super::unit_of_time::power_of_unit;
-use super::{Captured, Ending, SharedLive};
+use super::{Captured, Ending, Integration, SharedLive};
 use crate::board::motion::Motion;
 use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
 use crate::board::{
     Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,
 };
 use crate::platform::time::{Instant, MissedTickBehavior, interval};
+use speeds::Speeds;
 
 /// Polling period for flushing rows and for silence.
 const TICK: Duration = Duration::from_millis(20);
@@ -47,6 +49,8 @@ pub struct TextRequest {
     pub supply_v: f64,
     /// Which of the two values above are the lab handout's defaults.
     pub assumed: Vec<String>,
+    /// Integration rule of a speed; `None`: the one that leaves less of a first-order motor.
+    pub integrate: Option<Integration>,
     /// Command of the sketch, if its lines lack it.
     pub profile: Option<Profile>,
     /// Duration in s; 0 is unlimited.
@@ -178,6 +182,8 @@ struct Running {
     motion: Motion,
     /// Integrated increments or speeds in counts.
     summed_counts: f64,
+    /// The speeds themselves.
+    speeds: Option<Speeds>,
     seq: u64,
     /// Lines that a reader of run files would reject, without an effect on sample numbers.
     unread: u64,
@@ -385,7 +391,11 @@ impl<'a> TextRecording<'a> {
             // An ending caused by this line is obsolete.
             self.write(line)?;
         }
-        let notes = self.notes();
+        let mut notes = self.notes();
+        let speeds = self
+            .running
+            .as_mut()
+            .and_then(|running| running.speeds.take());
         let longest = self.decoder.longest_sample_line();
         let (skipped, no_sample) = (self.skipped, self.no_sample());
         let contradictions = self.contradictions(ending);
@@ -404,6 +414,12 @@ impl<'a> TextRecording<'a> {
             self.damage,
             further,
         )?;
+        let decided = speeds
+            .as_ref()
+            .and_then(|speeds| speeds.integrate(&captured.path, self.request.integrate));
+        if let Some(words) = decided {
+            notes.insert(0, format!("the speed is summed up: {words}"));
+        }
         Ok(TextCaptured { captured, notes })
     }
 }

@@ -5,7 +5,7 @@ use super::super::recorder::Measured;
 use super::super::{Ending, Flags, Observation};
 use super::{TextError, TextRecording};
 use crate::board::leap::most_counts;
-use crate::board::text_lines::{Column, TextSample};
+use crate::board::text_lines::TextSample;
 use crate::motor::plausible::{COMMAND, COUNTS};
 
 /// Largest delay of an arrival in a burst, in microseconds (measured: 35 to 40 ms; generous).
@@ -50,8 +50,13 @@ impl TextRecording<'_> {
         let passed_s = running
             .last_us
             .map(|last_us| (t_us - last_us) as f64 * 1e-6);
-        if let Some(summand) = sample.summand {
-            running.summed_counts += counts_since(summand, passed_s, self.request.counts_per_rev);
+        if let Some((_, value)) = sample.summand {
+            // What the first row counted precedes the recording.
+            running.summed_counts += match (passed_s, &running.speeds) {
+                (None, _) => 0.0,
+                (Some(passed_s), Some(speeds)) => speeds.counts_in(value, passed_s),
+                (Some(_), None) => value,
+            };
             sample.counts = running.summed_counts.round() as i64;
         }
         running.last_us = Some(t_us);
@@ -114,21 +119,11 @@ impl TextRecording<'_> {
             current_a: sample.current_a,
         };
         running.recorder.append(observation, host_us, measured)?;
+        if let (Some((_, value)), Some(speeds)) = (sample.summand, &mut running.speeds) {
+            speeds.push(value);
+        }
         Ok(ending)
     }
-}
-
-/// Counts of a line since the previous row; those of the first row precede the recording. A speed applies to the
-/// interval since the previous row, as for a finite difference.
-fn counts_since((column, value): (Column, f64), passed_s: Option<f64>, counts_per_rev: f64) -> f64 {
-    let Some(passed_s) = passed_s else {
-        return 0.0;
-    };
-    let turns_per_s = match column {
-        Column::Speed(unit) => unit.in_turns(),
-        _ => return value,
-    };
-    value * turns_per_s.map_or(1.0, |factor| factor * counts_per_rev) * passed_s
 }
 
 fn command_v(sample: &TextSample, supply_v: f64) -> Option<f64> {
