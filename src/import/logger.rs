@@ -34,7 +34,7 @@ pub(super) fn message(rest: &[u8]) -> Option<&[u8]> {
     let mut messages = begins.map(|at| &after[at..]);
     messages
         .clone()
-        .find(|message| pairs(message).is_some())
+        .find(|message| has_number(message))
         .or_else(|| {
             let is_marked = |message: &&[u8]| {
                 let before = &after[..after.len() - message.len()];
@@ -42,6 +42,15 @@ pub(super) fn message(rest: &[u8]) -> Option<&[u8]> {
             };
             messages.find(|message| is_marked(message) && message[0].is_ascii_digit())
         })
+}
+
+/// Whether a message is of pairs of a label and a value, one of which is a number.
+fn has_number(message: &[u8]) -> bool {
+    let is_number = |value: &[u8]| {
+        let text = std::str::from_utf8(value).unwrap_or_default();
+        text.parse::<f64>().is_ok_and(f64::is_finite)
+    };
+    pairs(message).is_some_and(|found| found.iter().any(|(_, value, _)| is_number(value)))
 }
 
 /// Of ROS: the seconds, and the message.

@@ -32,7 +32,7 @@ pub struct MotorFileValues {
     pub speed_per_volt: f64,
     /// Mechanical time constant.
     pub time_constant_s: f64,
-    /// Coulomb friction in the unit of the command.
+    /// Coulomb friction in V, the unit of the command.
     pub friction_v: f64,
     /// L/R; `None` for a current- or torque-driven axis.
     #[serde(skip_serializing_if = "Option::is_none")]
