@@ -43,7 +43,7 @@ pub(super) fn show(
     }
     output.line("\nERROR BUDGET")?;
     budget(diagnosis, output)?;
-    output.line("\nCAUSES (probability that an effect is present, alone or with others; of a class, if these runs do not separate its effects, that one of them is)")?;
+    output.line("\nCAUSES (probability that an effect is present, alone or with others)")?;
     for class in &diagnosis.classes {
         output.line(&format!("  not separated: {}", class_words(class)))?;
     }
@@ -121,7 +121,7 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
         cause.stage
     );
     if let Some(class) = class_of_cause(cause) {
-        line.push_str(&format!("; class {class}"));
+        line.push_str(&format!("; {class}"));
     }
     if let Some(reason) = cause.not_identified() {
         line.push_str(&format!("; not identified: {reason}"));

@@ -113,7 +113,13 @@ fn at_limit(bounded: &[&Cause]) -> String {
         true => String::new(),
         false => format!(" ({})", values.join(", ")),
     };
-    let measured = measurements(bounded.iter().map(|cause| cause.effect));
+    let measured: Vec<String> = match bounded {
+        [only] => measurement(only.effect)
+            .map(str::to_owned)
+            .into_iter()
+            .collect(),
+        _ => measurements(bounded.iter().map(|cause| cause.effect)),
+    };
     let measured = match measured.is_empty() {
         true => {
             "Check the supply and the parameters of the motor file, from which the ranges follow"
@@ -153,11 +159,13 @@ fn not_separated(likeliest: &Cause) -> Option<String> {
 
 /// Known measurements for some effects, each with its effect.
 fn measurements(ids: impl Iterator<Item = &'static str>) -> Vec<String> {
-    let of = |id: &'static str| {
-        let (_, what) = MEANS.iter().find(|(known, _)| *known == id)?;
-        Some(format!("{what} ({})", name(id)))
-    };
-    ids.filter_map(of).collect()
+    ids.filter_map(|id| Some(format!("{} ({})", measurement(id)?, name(id))))
+        .collect()
+}
+
+fn measurement(id: &str) -> Option<&'static str> {
+    let known = MEANS.iter().find(|(known, _)| *known == id);
+    known.map(|(_, measurement)| *measurement)
 }
 
 #[cfg(test)]

@@ -194,13 +194,13 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
             "effect",
             "inclusion probability",
             "stage",
-            "class (its probability)",
+            "class",
             "not identified, since",
         ],
         &rows,
     );
     page.note(
-        "Inclusion probability: the sum over all sets that contain the effect. Class: effects that look alike in most recordings, with the probability that one of them is present where these recordings do not separate them. A click on a column's name sorts.",
+        "Inclusion probability: the sum over all sets that contain the effect. Class: effects that look alike in most recordings; where these recordings do not separate them, the probability that one of them is present. A click on a column's name sorts.",
     );
     for id in words::explained(diagnosis) {
         if let Some(kind) = words::kind(id) {

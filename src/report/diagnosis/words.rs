@@ -176,12 +176,13 @@ pub fn sets_note(diagnosis: &Diagnosis) -> &'static str {
     }
 }
 
-/// The class of an effect, with its probability if these runs do not separate its members; `None` without a class.
+/// The class of an effect; where these runs do not separate its members, the probability that one of them is present.
+/// `None` without a class.
 pub fn class_of_cause(cause: &Cause) -> Option<String> {
     let class = class_of(cause.effect)?;
     Some(match cause.class_probability {
-        Some(p) => format!("{class} ({})", probability(p)),
-        None => class.to_owned(),
+        Some(p) => format!("one of class {class}: {}", probability(p)),
+        None => format!("class {class}"),
     })
 }
 
