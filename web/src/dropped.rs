@@ -5,7 +5,7 @@ use std::path::Path;
 use motorlab::check::{Finding, check};
 use motorlab::hint::Hinted;
 use motorlab::import::{
-    Imported, Kind, Map, Missing, Ready, GivenFlags, Source, Unclear, Understood, import, map_over,
+    GivenFlags, Imported, Kind, Map, Missing, Ready, Source, Unclear, Understood, import, map_over,
 };
 use motorlab::platform::memory;
 use motorlab::recording::{Run, read_run_from};
