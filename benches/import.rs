@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use divan::Bencher;
 use divan::counter::BytesCount;
-use motorlab::import::{HEAD_BYTES, Map, Said, import, understand};
+use motorlab::import::{GivenFlags, HEAD_BYTES, Map, import, understand};
 
 fn main() {
     divan::main();
@@ -67,11 +67,11 @@ fn imported(bencher: Bencher<'_, '_>, log: &str) {
 fn understood(bencher: Bencher<'_, '_>, log: &str) {
     let text = if log == "narrow" { narrow() } else { wide() };
     let head = &text.as_bytes()[..text.len().min(HEAD_BYTES as usize)];
-    let said = Said {
+    let said = GivenFlags {
         supply: Some("12".to_owned()),
         counts_per_rev: Some(720.0),
         pwm_full: Some(255.0),
-        ..Said::default()
+        ..GivenFlags::default()
     };
     bencher
         .counter(BytesCount::new(head.len()))

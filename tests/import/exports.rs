@@ -22,7 +22,7 @@ fn text(truth: &Truth, row: impl Fn(f64, f64, i64) -> String) -> String {
 
 /// With decimal commas, and commas in place of the semicolons.
 fn with_commas(text: &str) -> String {
-    text.replace('.', ",").replace(';', ",")
+    text.replace(['.', ';'], ",")
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn by_rows(map: &Map<String, Value>) -> Result<Option<Table>, FormatError> {
 
 /// Lists of one length, or a frame by columns: an object of objects, whose keys are the index.
 pub(super) fn of_columns(map: &Map<String, Value>) -> Option<Table> {
-    let numbers = |value: &Value| -> Option<(Vec<f64>, Vec<f64>)> {
+    let numbers = |value: &Value| -> Option<Indexed> {
         let (index, values): (Vec<f64>, Vec<&Value>) = match value {
             Value::Array(values) => (Vec::new(), values.iter().collect()),
             Value::Object(rows) => by_index(rows)?,
@@ -99,12 +99,11 @@ pub(super) fn of_columns(map: &Map<String, Value>) -> Option<Table> {
         unit: None,
     };
     let read = |(name, value): (&String, &Value)| Some((column(name), numbers(value)?));
-    let found: Vec<(TableColumn, (Vec<f64>, Vec<f64>))> = map.iter().filter_map(read).collect();
+    let found: Vec<(TableColumn, Indexed)> = map.iter().filter_map(read).collect();
     let (index, first) = found.first().map(|(_, first)| first)?;
     let (index, rows) = (index.clone(), first.len());
-    let is_one = |(_, (other, numbers)): &(TableColumn, (Vec<f64>, Vec<f64>))| {
-        *other == index && numbers.len() == rows
-    };
+    let is_one =
+        |(_, (other, numbers)): &(TableColumn, Indexed)| *other == index && numbers.len() == rows;
     if rows < LEAST_ROWS || found.len() < 2 || !found.iter().all(is_one) {
         return None;
     }
@@ -115,6 +114,9 @@ pub(super) fn of_columns(map: &Map<String, Value>) -> Option<Table> {
         .map(|(column, (_, numbers))| (column, numbers));
     Some(Table::whole(index.chain(columns).collect()))
 }
+
+/// The index of a column, empty where it has none, and its values.
+type Indexed = (Vec<f64>, Vec<f64>);
 
 fn is_more_than_numbers(index: &[f64]) -> bool {
     index.iter().enumerate().any(|(at, x)| *x != at as f64)
