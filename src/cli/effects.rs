@@ -89,14 +89,13 @@ fn unknown(id: &str) -> Failure {
 }
 
 fn block(entry: &Entry, with_example: bool) -> String {
-    let change = match is_parameter_change(entry.effect) {
-        true => " A parameter change beyond tolerance.",
-        false => "",
-    };
-    let mut text = format!("  {}: {}{change}\n", entry.effect, entry.summary);
+    let mut text = format!("  {}: {}\n", entry.effect, entry.summary);
     let mut say = |what: &str, words: &str| {
         let _ = writeln!(text, "    {what:<14}{words}");
     };
+    if is_parameter_change(entry.effect) {
+        say("kind", "a parameter change beyond tolerance");
+    }
     say("equation", entry.equation);
     let mut label = "parameters";
     for number in &entry.parameters {

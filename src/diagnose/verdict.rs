@@ -97,8 +97,6 @@ pub(crate) fn joint(sets: &[Weighed], identified: &[Identified]) -> f64 {
 pub(crate) struct BudgetShares {
     /// Whether the nominal model is within the noise floor.
     pub is_nominal_at_floor: bool,
-    /// Whether it is within that floor and the estimated random load.
-    pub is_nominal_at_random_load: bool,
     /// Removed by re-identified parameters.
     pub parameters: f64,
     /// Left by re-identified parameters.
@@ -122,9 +120,6 @@ pub(crate) fn verdict(
             true => Verdict::Effect,
             false => Verdict::Partial,
         };
-    }
-    if budget.is_nominal_at_random_load && none >= settings.identified {
-        return Verdict::NoGap;
     }
     // The residual of re-identified parameters is as small as that of an identified effect may be.
     if budget.beyond_parameters < settings.unexplained_share && budget.parameters > 0.0 {
@@ -169,7 +164,6 @@ mod tests {
         }];
         let shares = |parameters: f64, effects: f64| BudgetShares {
             is_nominal_at_floor: false,
-            is_nominal_at_random_load: false,
             parameters,
             beyond_parameters: 1.0 - parameters,
             unexplained: 1.0 - parameters - effects,
@@ -178,15 +172,8 @@ mod tests {
             is_nominal_at_floor: true,
             ..shares(0.0, 0.0)
         };
-        let at_random_load = BudgetShares {
-            is_nominal_at_random_load: true,
-            ..shares(0.0, 0.0)
-        };
         for (budget, identified, none, expected) in [
             (at_floor, &named[..], 0.0, Verdict::NoGap),
-            (at_random_load, &[], 0.9, Verdict::NoGap),
-            (at_random_load, &[], 0.2, Verdict::Ambiguous),
-            (at_random_load, &named, 0.1, Verdict::Partial),
             (shares(0.3, 0.65), &named, 0.1, Verdict::Effect),
             (shares(0.3, 0.5), &named, 0.1, Verdict::Partial),
             (shares(0.95, 0.0), &[], 0.9, Verdict::Parameters),

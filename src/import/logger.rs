@@ -1,4 +1,4 @@
-//! What loggers print before a message: `2026-04-13 12:34:56,789 INFO motor: pwm=80` of Python, `2026-04-13 12:34:56.789 | INFO
+//! Headers that loggers print before a message: `2026-04-13 12:34:56,789 INFO motor: pwm=80` of Python, `2026-04-13 12:34:56.789 | INFO
 //! | main:go:12 - pwm=80` of loguru, `[INFO] [1690000000.123456789] [motor]: pwm: 80` of ROS.
 
 use super::labels::pairs;

@@ -13,7 +13,7 @@ use super::fit::Fit;
 use super::identifiable::identifiable;
 use super::model::{Base, corrected_residual, mean_square};
 use super::nested::{self, Step};
-use super::noise::{LinearPlant, expected_mean_square};
+use super::noise::{LinearPlant, Noise, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
     BudgetStep, Cause, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun,
@@ -67,59 +67,64 @@ pub(super) fn document(
         ..stated
     };
     let (mut bounded, mut rejected) = (Vec::new(), Vec::new());
-    let (steps, errors, random, floors, shares, n_eff) = loop {
+    let (steps, errors, (parts, floors, shares), n_eff) = loop {
         let dropped = (&mut bounded, &mut rejected);
         let steps = nested_fits(segments, base, &without, &mut named, dropped, found);
         let errors = errors(base, segments, &steps, judged_on)?;
         let judged_on = judged_on.unwrap_or(segments);
-        let random = steps
-            .iter()
-            .map(|step| random_floor(judged_on, base, found, [&steps[1].fit, &step.fit]));
-        let random: Vec<Option<f64>> = random.collect();
-        let floors = random.iter().map(|&random| {
-            let parts = FloorParts {
+        // Every error by its floor, without and with the random load.
+        let [plain, loaded] = [false, true].map(|has_load| {
+            let random = steps.iter().map(|step| {
+                let models = [&steps[1].fit, &step.fit];
+                random_floor(judged_on, base, found, models, has_load)
+            });
+            let parts = random.map(|random| FloorParts {
                 random,
                 ..without_random
-            };
-            parts.largest()
+            });
+            let parts: Vec<FloorParts> = parts.collect();
+            let floors: Vec<f64> = parts.iter().map(FloorParts::largest).collect();
+            let shares = Shares::new(judged_on, &errors, &floors, settings);
+            (parts, floors, shares)
         });
-        let floors: Vec<f64> = floors.collect();
-        let shares = Shares::new(judged_on, &errors, &floors, settings);
+        let (_, floors, shares) = &loaded;
         let last = steps.len() - 1;
         let square = |m: usize| mean_square(&errors[m]);
         let n_eff = effective_observations(judged_on, &errors[0]);
-        // An effect that adds to the held-out error of the model that it extends is no cause of that error.
-        let added = (2..steps.len()).rposition(|m| {
-            let before = square(m - 1).max(floors[m] * floors[m]);
-            relevance::exceeds(square(m), before, n_eff, settings)
-        });
         let effects: Vec<(f64, f64)> = (2..=last)
             .map(|m| (shares.between(m - 1, m).0, shares.left(m - 1).0))
             .collect();
         let is_above_floor = found.judge.is_relevant && shares.left(last).1 > 0.0;
-        let removes_little = || immaterial(&effects, settings).filter(|_| is_above_floor);
-        match added.or_else(removes_little) {
+        let removes_little = immaterial(&effects, settings).filter(|_| is_above_floor);
+        // An effect that adds to the held-out error of the model that it extends is no cause of that error.
+        let adds = || {
+            (2..steps.len()).rposition(|m| {
+                let before = square(m - 1).max(floors[m] * floors[m]);
+                relevance::exceeds(square(m), before, n_eff, settings)
+            })
+        };
+        match removes_little.or_else(adds) {
             Some(k) => {
                 rejected.push(steps[2 + k].name);
                 named.retain(|one| one.effect != steps[2 + k].name);
             }
-            None => break (steps, errors, random, floors, shares, n_eff),
+            None => {
+                // A random load is no effect: it is reducible error only beside a more probable effect.
+                let is_quiet = named.is_empty() && none >= settings.identified;
+                let measured = if is_quiet { loaded } else { plain };
+                break (steps, errors, measured, n_eff);
+            }
         }
     };
     let judged_on = judged_on.unwrap_or(segments);
     let last = steps.len() - 1;
-    let parts = |m: usize| FloorParts {
-        random: random[m],
-        ..without_random
-    };
     let is_within = |m: usize, floor_square: f64| {
         !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
     };
     // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
     let is_settled_at_floor = shares.left(last).1 <= 0.0 || !found.judge.is_relevant;
     let budget_shares = BudgetShares {
-        is_nominal_at_floor: is_within(0, without_random.largest().powi(2)),
-        is_nominal_at_random_load: is_within(0, floors[0] * floors[0]),
+        is_nominal_at_floor: is_within(0, floors[0] * floors[0]),
         parameters: shares.between(0, 1).0,
         beyond_parameters: shares.left(1).0,
         unexplained: if is_settled_at_floor {
@@ -214,7 +219,7 @@ pub(super) fn document(
             &steps,
             &errors,
             at,
-            parts(at),
+            parts[at],
             shares.between(0, shown),
             match (held.is_some(), prepared.subset.is_some()) {
                 (true, _) => HELD_OUT_RUNS,
@@ -339,14 +344,15 @@ fn left_out(
     intervals
 }
 
-/// Error in counts RMS of a perfect model on recordings with the random load torque of the best set, as the re-identified motor responds to
-/// it, and with a model's random effects; none where there is neither, and where the likelihood, which alone sees their variance, is not the
+/// Error in counts RMS of a perfect model on recordings with a model's random effects, and with the random load torque of the best set, as
+/// the re-identified motor responds to it; none where there is neither, and where the likelihood, which alone sees their variance, is not the
 /// score.
 fn random_floor(
     segments: &Segments,
     base: &Base,
     found: &Found,
     [refitted, model]: [&Fit; 2],
+    has_load: bool,
 ) -> Option<f64> {
     let plant_of = |fit: &Fit| plant_of(segments, &fit.model.motor(&fit.x), base.kind);
     let own = plant_of(model);
@@ -355,7 +361,10 @@ fn random_floor(
         loss: own.loss,
         ..plant_of(refitted)
     };
-    let noise = found.best().likelihood.noise;
+    let noise = match has_load {
+        true => found.best().likelihood.noise,
+        false => Noise::NONE,
+    };
     let has_effect = plant.loss > 0.0 || plant.jitter_s > segments.arrivals_s;
     (found.judge.is_likelihood && (has_effect || noise.strength > 0.0))
         .then(|| expected_mean_square(segments, &plant, noise).sqrt())

@@ -50,8 +50,8 @@ pub struct Gap {
 pub struct FloorParts {
     /// Residual for simulated recordings of the re-identified motor: quantization.
     pub rounding: f64,
-    /// Residual of a perfect model for recordings with the estimated random load torque and its random effects (lost
-    /// edges, late samples); `None` where the likelihood is not the score.
+    /// Residual of a perfect model for recordings with its random effects (lost edges, late samples) and, where no
+    /// effect is identified or more probable than none, the estimated random load torque; `None` without either.
     pub random: Option<f64>,
     /// Repeatability: difference between runs with the same commands, as one run's share; `None` if no commands
     /// repeat.

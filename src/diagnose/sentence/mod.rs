@@ -231,14 +231,21 @@ pub(crate) fn note(
             listed(&outside, "and")
         ));
     }
-    let random = diagnosis.gap.floor_parts.random;
-    if diagnosis.scoring.random_load_share > 0.0
-        && random.is_some_and(|random| random >= diagnosis.gap.floor)
-    {
-        notes.push(format!(
-            "A random load torque of {} of the stall torque (estimated) makes most of the noise floor; no deterministic model removes it.",
-            percent(diagnosis.scoring.random_load_share)
-        ));
+    let scoring = &diagnosis.scoring;
+    if scoring.score == "likelihood" && scoring.random_load_share > 0.0 {
+        let random = diagnosis.gap.floor_parts.random;
+        let place = match random.is_some_and(|random| random >= diagnosis.gap.floor) {
+            true => Some("makes most of the noise floor"),
+            false => {
+                (diagnosis.unexplained.share > 0.0).then_some("is part of the unexplained error")
+            }
+        };
+        notes.extend(place.map(|place| {
+            format!(
+                "A random load torque of {} of the stall torque (estimated) {place}; no deterministic model removes it.",
+                percent(scoring.random_load_share)
+            )
+        }));
     }
     if is_doubtful {
         notes.push(

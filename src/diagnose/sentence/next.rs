@@ -1,7 +1,7 @@
 //! Fourth part: the next step, with a command line to copy.
 
 use super::cause::is_doubtful;
-use super::{is_floor_repeatability, is_undescribed, listed, name, other_means};
+use super::{is_at_limit, is_floor_repeatability, is_undescribed, listed, name, other_means};
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict};
 use crate::diagnose::settings::Settings;
 
@@ -71,7 +71,12 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             listed(&doubtful, "and")
         ),
     };
-    format!("Next, {to}: {command}.{without}")
+    // After advice to measure and diagnose again.
+    let when = match diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) {
+        true => "Next, unless you diagnose again",
+        false => "Next",
+    };
+    format!("{when}, {to}: {command}.{without}")
 }
 
 /// The recording that separates the remaining sets, and the command that diagnoses it with the others.

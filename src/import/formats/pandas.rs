@@ -1,4 +1,4 @@
-//! What `to_json` of pandas writes of a frame, in each of its orients. An index that is more than the numbers of the rows is a
+//! Output of `to_json` of pandas for a frame, in each of its orients. An index that is more than the numbers of the rows is a
 //! column.
 
 use serde_json::{Map, Value};

@@ -136,7 +136,7 @@ pub(super) fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layo
     only_one_of_a_name(&mut found.columns);
 }
 
-/// What a line of names tells that has fewer cells than the rows.
+/// Meaning of a line of names that has fewer cells than the rows.
 fn short_names(above: &[Numbered], layout: &Layout) -> Option<String> {
     let mut lines = above
         .iter()

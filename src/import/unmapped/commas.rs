@@ -1,6 +1,6 @@
-//! Signs of decimal commas between comma-separated cells, where the cells cannot be told apart.
+//! Signs of decimal commas between comma-separated cells, where the cells cannot be separated.
 
-/// What makes more cells than columns, and the remedy.
+/// Cause of more cells than columns, and the remedy.
 pub(super) const COMMAS_WITHIN: &str = "where commas are between the cells and within the numbers, a number is read as two columns; \
                              hint: export it with semicolons between the cells, or with decimal points";
 

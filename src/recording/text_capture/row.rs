@@ -51,7 +51,7 @@ impl TextRecording<'_> {
             .last_us
             .map(|last_us| (t_us - last_us) as f64 * 1e-6);
         if let Some((_, value)) = sample.summand {
-            // What the first row counted precedes the recording.
+            // Counts up to the first row precede the recording.
             running.summed_counts += match (passed_s, &running.speeds) {
                 (None, _) => 0.0,
                 (Some(passed_s), Some(speeds)) => speeds.counts_in(value, passed_s),
