@@ -1,36 +1,34 @@
 //! The document of a diagnosis, assembled from the search, the nested fits and the budget.
 
 mod causes;
+mod confirmed;
 
 pub(crate) use causes::weighed;
 
 use std::ops::Range;
 
-use super::budget::{Shares, cross_validated, median, regions, travel};
+use super::budget::{Shares, median, regions, travel};
 use super::command_units::CommandUnits;
 use super::error::name_of;
-use super::fit::Fit;
 use super::identifiable::identifiable;
-use super::model::{Base, corrected_residual, mean_square};
+use super::model::mean_square;
 use super::nested::{self, Step};
-use super::noise::{LinearPlant, Noise, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
     BudgetStep, Cause, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun,
     Quick, ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
 };
-use super::score::{effective_observations, likelihood, plant_of};
-use super::search::{Found, Scored};
+use super::score::likelihood;
+use super::search::Scored;
 use super::segments::{Segment, Segments};
 use super::settings::Settings;
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
-use super::verdict::{
-    BudgetShares, Identified, Weighed, identified, immaterial, inclusion, joint, verdict,
-};
+use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
 use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
 use crate::recording::Run;
-use causes::{alternatives, at_bound, base_parameters, causes, classes, outside, sets};
+use causes::{alternatives, base_parameters, causes, classes, outside, sets};
+use confirmed::{Confirmed, Data, Floors, confirmed};
 
 /// Measured quantity.
 const METRIC: &str = "multi-step prediction error of the position over segments, initial states corrected, in counts RMS";
@@ -66,56 +64,26 @@ pub(super) fn document(
         rounding: searched.quantization,
         ..stated
     };
-    let (mut bounded, mut rejected) = (Vec::new(), Vec::new());
-    let (steps, errors, (parts, floors, shares), n_eff) = loop {
-        let dropped = (&mut bounded, &mut rejected);
-        let steps = nested_fits(segments, base, &without, &mut named, dropped, found);
-        let errors = errors(base, segments, &steps, judged_on)?;
-        let judged_on = judged_on.unwrap_or(segments);
-        // Every error by its floor, without and with the random load.
-        let [plain, loaded] = [false, true].map(|has_load| {
-            let random = steps.iter().map(|step| {
-                let models = [&steps[1].fit, &step.fit];
-                random_floor(judged_on, base, found, models, has_load)
-            });
-            let parts = random.map(|random| FloorParts {
-                random,
-                ..without_random
-            });
-            let parts: Vec<FloorParts> = parts.collect();
-            let floors: Vec<f64> = parts.iter().map(FloorParts::largest).collect();
-            let shares = Shares::new(judged_on, &errors, &floors, settings);
-            (parts, floors, shares)
-        });
-        let (_, floors, shares) = &loaded;
-        let last = steps.len() - 1;
-        let square = |m: usize| mean_square(&errors[m]);
-        let n_eff = effective_observations(judged_on, &errors[0]);
-        let effects: Vec<(f64, f64)> = (2..=last)
-            .map(|m| (shares.between(m - 1, m).0, shares.left(m - 1).0))
-            .collect();
-        let is_above_floor = found.judge.is_relevant && shares.left(last).1 > 0.0;
-        let removes_little = immaterial(&effects, settings).filter(|_| is_above_floor);
-        // An effect that adds to the held-out error of the model that it extends is no cause of that error.
-        let adds = || {
-            (2..steps.len()).rposition(|m| {
-                let before = square(m - 1).max(floors[m] * floors[m]);
-                relevance::exceeds(square(m), before, n_eff, settings)
-            })
-        };
-        match removes_little.or_else(adds) {
-            Some(k) => {
-                rejected.push(steps[2 + k].name);
-                named.retain(|one| one.effect != steps[2 + k].name);
-            }
-            None => {
-                // A random load is no effect: it is reducible error only beside a more probable effect.
-                let is_quiet = named.is_empty() && none >= settings.identified;
-                let measured = if is_quiet { loaded } else { plain };
-                break (steps, errors, measured, n_eff);
-            }
-        }
+    let data = Data {
+        segments,
+        judged_on,
+        base,
+        found,
+        floor: without_random,
     };
+    let Confirmed {
+        steps,
+        errors,
+        floors:
+            Floors {
+                parts,
+                counts: floors,
+                shares,
+            },
+        n_eff,
+        bounded,
+        rejected,
+    } = confirmed(&data, &without, &mut named, none)?;
     let judged_on = judged_on.unwrap_or(segments);
     let last = steps.len() - 1;
     let is_within = |m: usize, floor_square: f64| {
@@ -280,38 +248,6 @@ pub(super) fn document(
     Some(diagnosis)
 }
 
-/// The nested models of the effects that are identified, without those that remove nothing in the reported fits or have a parameter at a
-/// bound of its range there: these are no longer among the named ones, but among the rejected or the bounded ones.
-fn nested_fits(
-    segments: &Segments,
-    base: &Base,
-    without: &[Step],
-    named: &mut Vec<Identified>,
-    (bounded, rejected): (&mut Vec<&'static str>, &mut Vec<&'static str>),
-    found: &Found,
-) -> Vec<Step> {
-    loop {
-        let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
-        let steps = nested::with_effects(segments, base, without.to_vec(), &ids, found);
-        let ended_at_bound = at_bound(&steps[steps.len() - 1].fit);
-        let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
-        let not_reached = ids.iter().find(|id| !is_reached(id)).copied();
-        rejected.extend(not_reached);
-        let dropped = not_reached.or_else(|| {
-            let first = ended_at_bound
-                .first()
-                .copied()
-                .filter(|id| ids.contains(id));
-            bounded.extend(first);
-            first
-        });
-        match dropped {
-            Some(dropped) => named.retain(|one| one.effect != dropped),
-            None => break steps,
-        }
-    }
-}
-
 /// Effects about which no recording needs to decide: probable ones with a parameter at a bound, and immaterial ones.
 fn settled(causes: &[Cause], settings: &Settings) -> Vec<&'static str> {
     let is_settled = |cause: &&Cause| {
@@ -342,47 +278,6 @@ fn left_out(
     let mut intervals = of(&prepared.runs, &prepared.all);
     intervals.extend(held.map_or_else(Vec::new, |held| of(options.held_out, held)));
     intervals
-}
-
-/// Error in counts RMS of a perfect model on recordings with a model's random effects, and with the random load torque of the best set, as
-/// the re-identified motor responds to it; none where there is neither, and where the likelihood, which alone sees their variance, is not the
-/// score.
-fn random_floor(
-    segments: &Segments,
-    base: &Base,
-    found: &Found,
-    [refitted, model]: [&Fit; 2],
-    has_load: bool,
-) -> Option<f64> {
-    let plant_of = |fit: &Fit| plant_of(segments, &fit.model.motor(&fit.x), base.kind);
-    let own = plant_of(model);
-    let plant = LinearPlant {
-        jitter_s: own.jitter_s,
-        loss: own.loss,
-        ..plant_of(refitted)
-    };
-    let noise = match has_load {
-        true => found.best().likelihood.noise,
-        false => Noise::NONE,
-    };
-    let has_effect = plant.loss > 0.0 || plant.jitter_s > segments.arrivals_s;
-    (found.judge.is_likelihood && (has_effect || noise.strength > 0.0))
-        .then(|| expected_mean_square(segments, &plant, noise).sqrt())
-}
-
-/// Held-out residuals of each step: on other segments, or by cross-validation.
-fn errors(
-    base: &Base,
-    segments: &Segments,
-    steps: &[Step],
-    others: Option<&Segments>,
-) -> Option<Vec<Vec<f64>>> {
-    let of = |(k, Step { fit, .. }): (usize, &Step)| match (others, k) {
-        (Some(others), _) => corrected_residual(others, &fit.model.motor(&fit.x)),
-        (None, 0) => Some(fit.corrected.clone()),
-        (None, _) => Some(cross_validated(segments, base, fit)),
-    };
-    steps.iter().enumerate().map(of).collect()
 }
 
 fn budget(

@@ -275,11 +275,12 @@ fn of_lines(text: &str) -> Result<Table, FormatError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use std::io::Read as _;
 
-    fn text(json: &str) -> String {
+    /// The table of a text of JSON, as text.
+    pub(in crate::import::formats) fn text(json: &str) -> String {
         assert!(is_json(json.as_bytes()), "{json}");
         let table = read(json.as_bytes()).unwrap_or_else(|error| panic!("{json}: {error}"));
         let mut text = String::new();

@@ -146,17 +146,8 @@ fn by_index(map: &Map<String, Value>) -> Option<(Vec<f64>, Vec<&Value>)> {
 #[cfg(test)]
 mod tests {
     use std::fmt::Write as _;
-    use std::io::Read as _;
 
-    use super::super::json::{is_json, read};
-
-    fn text(json: &str) -> String {
-        assert!(is_json(json.as_bytes()), "{json}");
-        let table = read(json.as_bytes()).unwrap_or_else(|error| panic!("{json}: {error}"));
-        let mut text = String::new();
-        table.text().read_to_string(&mut text).expect("memory");
-        text
-    }
+    use super::super::json::tests::text;
 
     #[test]
     fn every_orient_is_read_in_the_order_of_its_index() {
