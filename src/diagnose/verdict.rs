@@ -1,6 +1,7 @@
 //! The verdict: a pure function of the error budget and the posterior.
 
 use super::classes::{class_of, members_of};
+use super::relevance::exceeds;
 use super::report::Verdict;
 use super::settings::Settings;
 
@@ -142,6 +143,21 @@ pub(crate) fn immaterial(effects: &[(f64, f64)], settings: &Settings) -> Option<
     effects.iter().rposition(is_immaterial)
 }
 
+/// The last effect that adds to the held-out mean square of the model that it extends, or to the noise floor in counts RMS, by more than
+/// their sampling error. Nested models: nominal, re-identified parameters, with one effect after the other.
+pub(crate) fn adds_error(
+    squares: &[f64],
+    floors: &[f64],
+    n_eff: f64,
+    settings: &Settings,
+) -> Option<usize> {
+    let adds = |m: usize| {
+        let before = squares[m - 1].max(floors[m].powi(2));
+        exceeds(squares[m], before, n_eff, settings)
+    };
+    (2..squares.len()).rposition(adds)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -196,6 +212,19 @@ mod tests {
         assert_eq!(found(&[(-0.1, 0.8), (0.2, 0.9)]), Some(0));
         assert_eq!(found(&[(0.5, 0.8), (0.25, 0.3)]), None);
         assert_eq!(found(&[]), None);
+    }
+
+    /// By hand: with 100 observations a mean square is known to 1.645 sqrt(2/100) = 23 %.
+    #[test]
+    fn an_effect_that_adds_to_the_held_out_error_is_found() {
+        let settings = Settings::default();
+        let found = |squares: &[f64]| adds_error(squares, &[0.3; 4], 100.0, &settings);
+        assert_eq!(found(&[9.0, 4.0, 16.0]), Some(0));
+        assert_eq!(found(&[9.0, 4.0, 2.0, 2.6]), Some(1));
+        assert_eq!(found(&[9.0, 4.0, 2.0, 2.4]), None);
+        // Within the noise floor.
+        assert_eq!(found(&[9.0, 0.04, 0.1]), None);
+        assert_eq!(found(&[9.0, 4.0]), None);
     }
 
     /// Two members of a class that share its probability are named by the class; one that has nearly all of it by itself.

@@ -43,12 +43,8 @@ fn motors_without_an_effect_have_no_false_alarm() {
                 .map(|cause| cause.class_probability.unwrap_or(cause.inclusion))
                 .any(|probability| probability >= p)
         };
-        // A random load is in no catalogue: the right verdict is then outside of it.
-        let quiet = match found.verdict {
-            Verdict::NoGap | Verdict::Parameters => true,
-            Verdict::OutsideCatalogue => made.bench.has_random_torque,
-            _ => false,
-        };
+        // A random load is no effect: it is a part of the noise floor.
+        let quiet = matches!(found.verdict, Verdict::NoGap | Verdict::Parameters);
         if !quiet || has_effect(settings.identified) {
             accused += 1;
             surely += usize::from(has_effect(settings.confident));

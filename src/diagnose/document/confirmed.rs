@@ -10,12 +10,11 @@ use crate::diagnose::fit::Fit;
 use crate::diagnose::model::{Base, corrected_residual, mean_square};
 use crate::diagnose::nested::{self, Step};
 use crate::diagnose::noise::{LinearPlant, Noise, expected_mean_square};
-use crate::diagnose::relevance;
 use crate::diagnose::report::FloorParts;
 use crate::diagnose::score::{effective_observations, plant_of};
 use crate::diagnose::search::Found;
 use crate::diagnose::segments::Segments;
-use crate::diagnose::verdict::{Identified, immaterial};
+use crate::diagnose::verdict::{Identified, adds_error, immaterial};
 
 /// Segments and the search in them.
 pub(super) struct Data<'a> {
@@ -97,12 +96,8 @@ fn unconfirmed(data: &Data, errors: &[Vec<f64>], floors: &Floors, n_eff: f64) ->
         .collect();
     let is_above_floor = data.found.judge.is_relevant && shares.left(errors.len() - 1).1 > 0.0;
     let removes_little = immaterial(&effects, settings).filter(|_| is_above_floor);
-    let square = |m: usize| mean_square(&errors[m]);
-    let adds = |m: usize| {
-        let before = square(m - 1).max(floors.counts[m].powi(2));
-        relevance::exceeds(square(m), before, n_eff, settings)
-    };
-    removes_little.or_else(|| (2..errors.len()).rposition(adds))
+    let squares: Vec<f64> = errors.iter().map(|error| mean_square(error)).collect();
+    removes_little.or_else(|| adds_error(&squares, &floors.counts, n_eff, settings))
 }
 
 impl Floors {
