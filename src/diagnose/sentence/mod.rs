@@ -14,6 +14,7 @@ pub(crate) use words::{counts, listed, name, percent, probability, three};
 
 use super::report::{Diagnosis, HELD_OUT_RUNS, NominalSource, Regime, Verdict};
 use super::settings::Settings;
+use super::settings::conventions::LEAST_PRINTED;
 
 /// The four parts; `asked` is the command of the diagnosis.
 pub(crate) fn parts(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> [String; 4] {
@@ -93,9 +94,6 @@ fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
 
 /// Reference of all shares.
 const ABOVE_FLOOR: &str = "the squared error above the noise floor";
-
-/// Least share that is printed as a figure.
-pub(crate) const LEAST_PRINTED: f64 = 1e-3;
 
 /// Third part: size and location of the unexplained error.
 fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {

@@ -38,6 +38,8 @@ pub(crate) const MENTIONED: usize = 3;
 pub(crate) const MENTIONED_BESIDE: f64 = 0.25;
 /// Fitted parameters of an effect in a sentence, in the catalogue's order, most characteristic first.
 pub(crate) const STATED: usize = 2;
+/// Least share that is printed as a figure.
+pub(crate) const LEAST_PRINTED: f64 = 1e-3;
 /// Least share of a listed time interval, and the most intervals.
 pub(crate) const LEAST_REGION: f64 = 0.02;
 pub(crate) const MOST_REGIONS: usize = 16;
