@@ -19,6 +19,9 @@ use crate::scalar::Scalar;
 /// Ticks in the longest step.
 pub(crate) const TICKS: u64 = 1 << FINEST;
 
+/// Ticks in a part of a longest step: in a fit, the interval of uniform samples is a multiple of it.
+pub(crate) const PART: u64 = TICKS / 4;
+
 /// Largest estimated error of a step's third-order part, in rad/s and A (and rad of the load); the step's own error,
 /// of fifth order, is far smaller.
 const TOLERANCE: f64 = 2e-5;
@@ -74,6 +77,8 @@ pub(crate) struct Engine<S, const N: usize> {
     pub(crate) floor: usize,
     /// Largest error estimate of a step.
     pub(crate) tolerance: f64,
+    /// Whether a change near a part of a longest step leaves the engine there, so that the next steps are few.
+    pub(crate) keeps_parts: bool,
     /// Steps attempted: the cost of a simulation.
     pub(crate) steps: u64,
     /// Steps after which it stops: the caller ends there.
@@ -110,6 +115,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             cautious: 0,
             floor: 0,
             tolerance: TOLERANCE,
+            keeps_parts: false,
             steps: 0,
             most_steps: u64::MAX,
             curved_steps: 0,
@@ -187,7 +193,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         (self.floor, self.cautious, self.allowed) = (halvings, halvings, halvings);
     }
 
-    /// Changes the command `offset` ticks (0 .. 1) after the present tick.
+    /// Changes the command `offset` ticks (0 .. 1, or a few to either side of a part) after the present tick.
     pub(crate) fn command(&mut self, command: f64, offset: S) {
         self.within_tick(offset, |engine| engine.machine.set_command(command));
     }
@@ -240,7 +246,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[inline]
     fn within_tick(&mut self, offset: S, change: impl FnOnce(&mut Self)) {
         let moved = !offset.is_nought();
-        if moved {
+        let stays = self.keeps_parts && self.now.is_multiple_of(PART);
+        if moved && stays {
+            self.drift_near(offset);
+        } else if moved {
             self.drift(offset);
         }
         self.machine.anchor(&mut self.mode, &self.y);
@@ -248,7 +257,9 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.settle(None);
         if moved {
             // No further: the rest of the tick belongs to this event.
-            if offset.value() > 0.0 {
+            if stays {
+                self.drift_near(-offset);
+            } else if offset.value() > 0.0 {
                 self.cross(-offset + 1.0);
             } else {
                 self.drift(-offset);
@@ -390,6 +401,22 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn drift(&mut self, share: S) {
         let (next, _) = self.propagate(FINEST);
         self.slide(next, share);
+    }
+
+    /// Moves by some ticks, to either side, without an event: to second order.
+    #[inline(never)]
+    fn drift_near(&mut self, ticks: S) {
+        let (next, _) = self.propagate(FINEST);
+        let (rate, by) = (self.rate(), ticks.value());
+        for ((y, next), rate) in self.y.iter_mut().zip(next).zip(rate) {
+            let first = rate * self.longest_s * (1.0 / TICKS as f64);
+            *y += first * by + (next - *y - first) * (by * by);
+        }
+        if S::DERIVATIVES > 0 {
+            let by_s = (ticks - by) * self.tick_s();
+            let rate = self.rate();
+            shift(&mut self.y, &rate, by_s);
+        }
     }
 
     /// Advances to a share of a tick with this end: the value by linear interpolation, derivatives of the share along

@@ -18,7 +18,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// step further ahead; `tick` must not be before the start of the last step.
     #[inline]
     pub(crate) fn reach(&mut self, tick: u64, offset: S) {
-        let on_tick = offset.value() == 0.0;
+        let on_tick = offset.value() <= 0.0;
         while (self.now < tick || (self.now == tick && !on_tick)) && self.steps <= self.most_steps {
             self.step(u64::MAX);
         }
@@ -73,10 +73,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Whether a sample is at the end of the last step.
+    /// Whether a sample is at the end of the last step, or just beside a change there.
     #[inline(always)]
     fn is_at_end(&self, tick: u64, offset: S) -> bool {
-        self.now == tick && offset.value() == 0.0
+        self.now == tick && (offset.value() == 0.0 || self.before.now == tick)
     }
 
     /// The derivative at the end of the last step, if known.

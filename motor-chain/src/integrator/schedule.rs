@@ -1,7 +1,7 @@
 //! Time grid of a run: samples, changes of the command, and the engine's steps.
 
 use crate::integrator::dense_output::Sample;
-use crate::integrator::engine::{Engine, TICKS};
+use crate::integrator::engine::{Engine, PART, TICKS};
 use crate::scalar::Scalar;
 use crate::simulate::{Drive, SimulationError};
 
@@ -13,6 +13,10 @@ const CLOCK: f64 = 1e-3;
 /// Factor on it in a fit, for samples closer than that and for samples farther apart.
 const COARSER: f64 = 4.0;
 const COARSER_APART: f64 = 2.0;
+
+/// Largest distance in ticks at which, in a fit, a time is referred to a part of a longest step ([`PART`]): the jitter
+/// of a clock that counts microseconds.
+const NEAR_TICKS: f64 = 4.0;
 
 /// Most steps of a run per longest step, which the fastest plausible spring and ripple need, and in addition the
 /// number for a nonsmooth run of some ten seconds.
@@ -71,6 +75,8 @@ pub(crate) struct Schedule {
     step_s: f64,
     /// Steps per sample for uniform samples, else 0.
     steps_per_sample: u64,
+    /// Whether times near a part of a longest step are referred to it.
+    is_coarse: bool,
     /// Positions of non-uniform samples by an exact clock: integral ticks and the rest.
     places: Vec<(u64, f64)>,
     /// Restarts of the shaft, by sample.
@@ -116,6 +122,7 @@ impl Schedule {
             changes,
             step_s: mean_s / steps,
             steps_per_sample: if uniform { steps as u64 } else { 0 },
+            is_coarse: false,
             places: Vec::new(),
             resets: Vec::new(),
             skipped: Vec::new(),
@@ -146,6 +153,7 @@ impl Schedule {
     /// differs by some thousandths of a count after a change of the command, and by a ten-thousandth RMS.
     pub(crate) fn coarser(mut self) -> Self {
         if self.steps_per_sample == 0 {
+            self.is_coarse = true;
             let intervals = self.len().saturating_sub(1).max(1) as f64;
             let mean_s = self.times_s.last().copied().unwrap_or(0.0) / intervals;
             self.step_s *= if mean_s > COARSER * self.step_s {
@@ -181,7 +189,8 @@ impl Schedule {
     }
 
     /// Position of `time of sample k + later_s` in integral ticks and the rest. Time on the board's clock times
-    /// `clock_scale` is real time; `later_s` is real. Times before the start are clamped.
+    /// `clock_scale` is real time; `later_s` is real. Times before the start are clamped. The rest is from 0 to 1, or
+    /// in a fit the distance to a part of a longest step that is near.
     fn tick<S: Scalar>(&self, k: usize, clock_scale: S, later_s: S) -> (u64, S) {
         if self.steps_per_sample > 0 && S::DERIVATIVES == 0 && later_s.value() == 0.0 {
             return (k as u64 * self.steps_per_sample * TICKS, S::zero());
@@ -199,6 +208,13 @@ impl Schedule {
             (0, clock_scale * self.times_s[k] + later_s)
         };
         let rest = rest_s / tick_s;
+        if self.is_coarse {
+            let part = PART as f64;
+            let near = (rest.value() / part).round() * part;
+            if near >= 0.0 && (rest.value() - near).abs() <= NEAR_TICKS {
+                return (near as u64, rest - near);
+            }
+        }
         let mut floor = rest.value().floor();
         if rest.value() - floor > 1.0 - 1e-6 {
             floor += 1.0;
@@ -230,6 +246,7 @@ impl Schedule {
             .saturating_mul(self.base_steps())
             .min(MOST_BY_LENGTH * self.base_steps() + MOST_FURTHER_STEPS);
         engine.most_steps = budget;
+        engine.keeps_parts = self.is_coarse;
         let clock_scale = engine.machine.chain.timing.clock_scale;
         let command = &engine.machine.chain.command;
         let delay_s = command.delay_s - command.ahead_s;
