@@ -52,27 +52,43 @@ pub(crate) struct Moved {
 impl Fit {
     /// A model at these parameters, without fitting.
     pub fn at(segments: &Segments, model: &Model, x: Vec<f64>) -> Option<Self> {
-        let (predicted, columns) = sensitivities(segments, model, &x)?;
-        let mut fit = Self::of(segments, model, x, &predicted, columns);
+        let linear = Linear::at(segments, model, &x)?;
+        Some(Self::of(segments, model, x, linear))
+    }
+
+    fn of(segments: &Segments, model: &Model, x: Vec<f64>, linear: Linear) -> Self {
+        let Linear { residual, columns } = linear;
+        let corrected = segments.corrected(&residual);
+        let own: Vec<Vec<f64>> = columns.iter().map(|c| segments.corrected(c)).collect();
+        let mut fit = Self {
+            gram: gram(&own),
+            gradient: DVector::from_fn(own.len(), |i, _| dot(&own[i], &corrected)),
+            prior: model.prior(&x),
+            model: model.clone(),
+            x,
+            residual,
+            corrected,
+            columns,
+            profiles: Vec::new(),
+        };
         let parameters = model.parameters.iter().enumerate();
         let not_smooth = parameters.filter(|(_, parameter)| !parameter.smooth);
         fit.profiles = not_smooth
             .map(|(parameter, _)| Profile {
                 parameter,
-                sides: [-1.0, 1.0].map(|side| fit.moved(segments, &predicted, parameter, side)),
+                sides: [-1.0, 1.0].map(|side| fit.moved(segments, &own, parameter, side)),
             })
             .collect();
-        Some(fit)
+        fit
     }
 
     /// Steps of a parameter, each twice the one before, until they change as much as the fit leaves or end at its bound.
-    fn moved(&self, segments: &Segments, predicted: &[f64], k: usize, side: f64) -> Vec<Moved> {
+    fn moved(&self, segments: &Segments, own: &[Vec<f64>], k: usize, side: f64) -> Vec<Moved> {
         let parameter = &self.model.parameters[k];
         let room = match side < 0.0 {
             true => self.x[k] - parameter.lo,
             false => parameter.hi - self.x[k],
         };
-        let own: Vec<Vec<f64>> = (self.columns.iter().map(|c| segments.corrected(c))).collect();
         let left = self.square_sum().max(ROUNDING_VARIANCE);
         let mut steps: Vec<Moved> = Vec::new();
         let mut by = parameter.difference();
@@ -85,7 +101,8 @@ impl Fit {
             let Some(then) = predict(segments, &self.model.motor(&x)) else {
                 break;
             };
-            let change: Vec<f64> = then.iter().zip(predicted).map(|(a, b)| a - b).collect();
+            let then = segments.residual(&then);
+            let change: Vec<f64> = self.residual.iter().zip(then).map(|(a, b)| a - b).collect();
             let corrected = segments.corrected(&change);
             steps.push(Moved {
                 by: by.min(room),
@@ -96,29 +113,6 @@ impl Fit {
             by *= 2.0;
         }
         steps
-    }
-
-    fn of(
-        segments: &Segments,
-        model: &Model,
-        x: Vec<f64>,
-        predicted: &[f64],
-        columns: Vec<Vec<f64>>,
-    ) -> Self {
-        let residual = segments.residual(predicted);
-        let corrected = segments.corrected(&residual);
-        let own: Vec<Vec<f64>> = columns.iter().map(|c| segments.corrected(c)).collect();
-        Self {
-            gram: gram(&own),
-            gradient: DVector::from_fn(own.len(), |i, _| dot(&own[i], &corrected)),
-            prior: model.prior(&x),
-            model: model.clone(),
-            x,
-            residual,
-            corrected,
-            columns,
-            profiles: Vec::new(),
-        }
     }
 
     /// Sum of the squares of the corrected residual in counts^2.
@@ -201,6 +195,21 @@ pub(crate) fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
     gram
 }
 
+/// A residual and the columns of the prediction at some parameters.
+#[derive(Debug)]
+struct Linear {
+    residual: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Linear {
+    fn at(segments: &Segments, model: &Model, x: &[f64]) -> Option<Self> {
+        let (predicted, columns) = sensitivities(segments, model, x)?;
+        let residual = segments.residual(&predicted);
+        Some(Self { residual, columns })
+    }
+}
+
 /// Fits a model from the best of some starts; `None` where none can be simulated, or where after some steps it costs more than a model that
 /// it extends.
 pub(crate) fn fit(
@@ -210,16 +219,15 @@ pub(crate) fn fit(
     metric: Metric<'_>,
     extends: Option<&Fit>,
 ) -> Option<Fit> {
-    let least = extends.map_or(f64::INFINITY, |fit| {
-        let residual = metric.prepared(segments, &fit.residual);
-        metric.cost(dot(&residual, &residual), residual.len()) + fit.prior
-    });
-    let problem = Problem {
+    let mut problem = Problem {
         segments,
         model,
         metric,
-        least,
+        least: f64::INFINITY,
     };
+    if let Some(fit) = extends {
+        problem.least = problem.cost_of(&fit.residual) + fit.prior;
+    }
     let mut begun: Vec<(f64, Vec<f64>)> = (starts.par_iter())
         .filter_map(|start| {
             let mut x = start.clone();
@@ -230,25 +238,61 @@ pub(crate) fn fit(
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
     begun.dedup_by(|a, b| a.1 == b.1);
     // The second best start where the best leads to no more than the model that is extended has.
-    let mut best: Option<(f64, Vec<f64>)> = None;
-    for (_, x) in begun.into_iter().take(2) {
-        let found = problem
-            .minimised(x)
-            .and_then(|(cost, x)| match problem.elsewhere(cost, &x) {
-                Some(other) => problem.minimised(other),
-                None => Some((cost, x)),
-            });
+    let mut best: Option<Minimum> = None;
+    for (cost, x) in begun.into_iter().take(2) {
+        let linear = None;
+        let found = problem.lowest(Minimum { cost, x, linear });
         if let Some(found) = found
-            && best.as_ref().is_none_or(|best| found.0 < best.0)
+            && best.as_ref().is_none_or(|best| found.cost < best.cost)
         {
             best = Some(found);
         }
-        if best.as_ref().is_some_and(|(cost, _)| *cost < problem.least) {
+        if best.as_ref().is_some_and(|best| best.cost < problem.least) {
             break;
         }
     }
-    let (_, x) = best?;
-    Fit::at(segments, model, x)
+    best?.fit(segments, model)
+}
+
+/// Continues a fit in another metric.
+pub(crate) fn refit(segments: &Segments, begun: Fit, metric: Metric<'_>) -> Option<Fit> {
+    let Fit {
+        model,
+        x,
+        residual,
+        columns,
+        prior,
+        ..
+    } = begun;
+    let problem = Problem {
+        segments,
+        model: &model,
+        metric,
+        least: f64::INFINITY,
+    };
+    let begun = Minimum {
+        cost: problem.cost_of(&residual) + prior,
+        x,
+        linear: Some(Linear { residual, columns }),
+    };
+    problem.lowest(begun)?.fit(segments, &model)
+}
+
+/// The lowest cost found, where it is, and the linearization there if it is known.
+struct Minimum {
+    cost: f64,
+    x: Vec<f64>,
+    linear: Option<Linear>,
+}
+
+impl Minimum {
+    fn fit(self, segments: &Segments, model: &Model) -> Option<Fit> {
+        let Self { x, linear, .. } = self;
+        match linear {
+            Some(linear) => Some(Fit::of(segments, model, x, linear)),
+            None => Fit::at(segments, model, x),
+        }
+    }
 }
 
 /// A model, what it is fitted to, and in which metric.
@@ -263,14 +307,27 @@ struct Problem<'a> {
 impl Problem<'_> {
     fn cost_at(&self, x: &[f64]) -> Option<f64> {
         let predicted = predict(self.segments, &self.model.motor(x))?;
-        let residual = (self.metric).prepared(self.segments, &self.segments.residual(&predicted));
-        let squares = dot(&residual, &residual);
-        let cost = self.metric.cost(squares, residual.len()) + self.model.prior(x);
+        let cost = self.cost_of(&self.segments.residual(&predicted)) + self.model.prior(x);
         cost.is_finite().then_some(cost)
     }
 
+    /// Cost of the data, without the prior.
+    fn cost_of(&self, residual: &[f64]) -> f64 {
+        let residual = self.metric.prepared(self.segments, residual);
+        (self.metric).cost(dot(&residual, &residual), residual.len())
+    }
+
+    /// The minimum from a start, also with a parameter elsewhere in its range.
+    fn lowest(&self, begun: Minimum) -> Option<Minimum> {
+        let found = self.minimised(begun)?;
+        match self.elsewhere(found.cost, &found.x) {
+            Some(other) => self.minimised(other),
+            None => Some(found),
+        }
+    }
+
     /// Parameters that cost less with one of them elsewhere in its range, of those that the prediction does not depend on smoothly.
-    fn elsewhere(&self, found: f64, x: &[f64]) -> Option<Vec<f64>> {
+    fn elsewhere(&self, found: f64, x: &[f64]) -> Option<Minimum> {
         let parameters = self.model.parameters.iter().enumerate();
         let tried: Vec<Vec<f64>> = parameters
             .filter(|(_, parameter)| !parameter.smooth)
@@ -287,11 +344,13 @@ impl Problem<'_> {
             .into_par_iter()
             .filter_map(|x| Some((self.cost_at(&x)?, x)));
         let (cost, x) = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (cost < found - solver::CONVERGED).then_some(x)
+        let linear = None;
+        (cost < found - solver::CONVERGED).then_some(Minimum { cost, x, linear })
     }
 
-    /// Steps of Levenberg and Marquardt with bounds; the prior is replaced at each step by the normal distribution that is as unlikely.
-    fn minimised(&self, mut x: Vec<f64>) -> Option<(f64, Vec<f64>)> {
+    /// Steps of Levenberg and Marquardt with bounds, until the Newton decrement is small (Boyd and Vandenberghe 2004, section 9.5); the prior is
+    /// replaced at each step by the normal distribution that is as unlikely.
+    fn minimised(&self, begun: Minimum) -> Option<Minimum> {
         let Self {
             segments,
             model,
@@ -299,14 +358,21 @@ impl Problem<'_> {
             least,
         } = self;
         let mut damping = solver::DAMPING;
-        let mut before = self.cost_at(&x)?;
+        let Minimum {
+            cost: mut before,
+            mut x,
+            mut linear,
+        } = begun;
         for step in 0..solver::FIT_STEPS {
             if step >= solver::PATIENCE && before > *least {
                 return None;
             }
-            let (predicted, columns) = sensitivities(segments, model, &x)?;
-            let residual = metric.prepared(segments, &segments.residual(&predicted));
-            let columns: Vec<Vec<f64>> = columns
+            let at = match linear.take() {
+                Some(known) => known,
+                None => Linear::at(segments, model, &x)?,
+            };
+            let residual = metric.prepared(segments, &at.residual);
+            let columns: Vec<Vec<f64>> = (at.columns)
                 .iter()
                 .map(|c| metric.prepared(segments, c))
                 .collect();
@@ -320,8 +386,12 @@ impl Problem<'_> {
             if metric.holds_random() {
                 model.random().for_each(|k| held[k] = true);
             }
+            let decrement = solved(&hessian, &gradient, &held, 0.0);
+            let is_lowest = decrement
+                .is_some_and(|step| 0.5 * free(&gradient, &held).dot(&step) < solver::CONVERGED);
+            let attempts = if is_lowest { 0 } else { solver::ATTEMPTS };
             let mut next = None;
-            for _ in 0..solver::ATTEMPTS {
+            for _ in 0..attempts {
                 let Some(step) = solved(&hessian, &gradient, &held, damping) else {
                     damping *= solver::DAMPING_MORE;
                     continue;
@@ -339,6 +409,7 @@ impl Problem<'_> {
                 damping *= solver::DAMPING_MORE;
             }
             let Some((cost, moved)) = next else {
+                linear = Some(at);
                 break;
             };
             let gained = before - cost;
@@ -347,8 +418,17 @@ impl Problem<'_> {
                 break;
             }
         }
-        Some((before, x))
+        Some(Minimum {
+            cost: before,
+            x,
+            linear,
+        })
     }
+}
+
+/// The gradient of the parameters that are not held.
+fn free(gradient: &DVector<f64>, held: &[bool]) -> DVector<f64> {
+    DVector::from_fn(held.len(), |k, _| if held[k] { 0.0 } else { gradient[k] })
 }
 
 /// Parameters at a bound that the gradient pushes beyond it.

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnose::fit::{Fit, Metric, fit};
+use crate::diagnose::fit::{Fit, Metric, fit, refit};
 use crate::diagnose::model::{Base, Member, Model, mean_square};
 use crate::diagnose::noise::Whitener;
 use crate::diagnose::random;
@@ -120,7 +120,7 @@ impl<'a> Pool<'a> {
         let begun = Fit::at(self.segments, model, start)?;
         let begun = random::with_likeliest(self.segments, self.base, begun);
         let own = likelihood(self.segments, self.base, &begun);
-        self.whitened_from(model, begun.x, own)
+        self.whitened_from(begun, own)
     }
 
     fn fitted_from(
@@ -136,30 +136,25 @@ impl<'a> Pool<'a> {
         let found = fit(self.segments, model, starts, metric, extends)?;
         let own = likelihood(self.segments, self.base, &found);
         match self.judge.is_likelihood {
-            true => self.whitened_from(model, found.x, own),
+            true => self.whitened_from(found, own),
             false => Some((found, own)),
         }
     }
 
     /// Fits under a noise, then under that which the fit leaves itself, until that stays.
-    fn whitened_from(
-        &self,
-        model: &Model,
-        mut start: Vec<f64>,
-        mut before: Likelihood,
-    ) -> Option<(Fit, Likelihood)> {
+    fn whitened_from(&self, mut begun: Fit, mut before: Likelihood) -> Option<(Fit, Likelihood)> {
         let (segments, base) = (self.segments, self.base);
         let mut round = 0;
         loop {
             let whitener = Whitener::new(segments, &before.plant, before.noise);
             let metric = Metric::Whitened(&whitener);
-            let found = fit(segments, model, &[start], metric, None)?;
+            let found = refit(segments, begun, metric)?;
             let found = random::with_likeliest(segments, base, found);
             let own = likelihood(segments, base, &found);
             if own.noise == before.noise || round == REFINEMENTS {
                 return Some((found, own));
             }
-            start = found.x;
+            begun = found;
             before = own;
             round += 1;
         }
