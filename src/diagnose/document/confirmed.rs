@@ -104,8 +104,13 @@ impl Floors {
     /// Of each model with its random effects, and with the random load where `has_load`.
     fn new(data: &Data, steps: &[Step], errors: &[Vec<f64>], has_load: bool) -> Self {
         let segments = data.judged_on.unwrap_or(data.segments);
-        let parts = steps.iter().map(|step| FloorParts {
-            random: random_floor(data, segments, [&steps[1].fit, &step.fit], has_load),
+        // This recording's share of an expected error is no more than its own.
+        let random = |(step, error): (&Step, &Vec<f64>)| {
+            let expected = random_floor(data, segments, [&steps[1].fit, &step.fit], has_load);
+            expected.map(|floor| floor.min(mean_square(error).sqrt()))
+        };
+        let parts = steps.iter().zip(errors).map(|of| FloorParts {
+            random: random(of),
             ..data.floor
         });
         let parts: Vec<FloorParts> = parts.collect();
