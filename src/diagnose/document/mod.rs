@@ -15,13 +15,12 @@ use super::model::mean_square;
 use super::nested::{self, Step};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
-    BudgetStep, Cause, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun,
-    Quick, ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
+    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun, Quick,
+    ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::likelihood;
 use super::search::Scored;
 use super::segments::{Segment, Segments};
-use super::settings::Settings;
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
 use super::{Options, design, relevance, sentence};

@@ -225,7 +225,7 @@ pub fn class_of_cause(cause: &Cause) -> Option<String> {
     })
 }
 
-/// What a class is, and which effects are parameter changes, if there are such causes.
+/// Meaning of a class, and the tolerance of parameter changes, if there are such causes.
 pub fn causes_note(diagnosis: &Diagnosis) -> String {
     let causes = || diagnosis.causes.iter();
     let mut notes = Vec::new();
