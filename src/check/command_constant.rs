@@ -2,6 +2,7 @@
 
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
+use super::words::unit;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let run = subject.run;
@@ -20,8 +21,11 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     } else {
         (
             Severity::Note,
-            format!("the command is {command} throughout"),
-            "a step from rest is enough for a model; other levels and a reversal tell more",
+            format!(
+                "the command is {command} {} throughout",
+                unit(run.command_kind)
+            ),
+            "a step from rest is enough for a model; runs with other levels and a reversal show more effects",
         )
     };
     vec![subject.finding(

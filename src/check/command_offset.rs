@@ -165,7 +165,8 @@ impl<'a> Responses<'a> {
             Severity::Warning,
             self.rows(),
             format!(
-                "the shaft moves {lead} samples ({}) before the command, so the command column is late",
+                "the shaft moves {} ({}) before the command, so the command column is late",
+                samples(lead),
                 time(lead * self.step_s),
             ),
             [
@@ -189,7 +190,8 @@ impl<'a> Responses<'a> {
             Severity::Note,
             self.rows(),
             format!(
-                "the shaft responds {dead} samples ({}) after the step of the command: the command column is early, or something delays the command",
+                "the shaft starts {} ({}) after the command",
+                samples(dead),
                 time(dead * self.step_s),
             ),
             [
@@ -198,13 +200,21 @@ impl<'a> Responses<'a> {
                 ("jumps", self.fitted.len() as f64),
                 ("log_likelihood_ratio", found.log_ratio),
             ],
-            "look for what lies between command and motor: a row that is logged too early, a bus, a filter, an inductance; to a model it is `transport_delay`",
+            "check whether the log has the command a row too early; else a bus, a filter or an inductance delays it (effect transport_delay)",
         ))
     }
 
     fn rows(&self) -> (usize, usize) {
         let ends = self.fitted.first().zip(self.fitted.last());
         ends.map_or((0, 0), |(first, last)| (first.at, last.at))
+    }
+}
+
+/// A number of samples with its noun.
+fn samples(number: f64) -> String {
+    match number == 1.0 {
+        true => "one sample".to_owned(),
+        false => format!("{number} samples"),
     }
 }
 

@@ -129,6 +129,12 @@ pub fn check_training(
     let among = AMONG_RUNS.iter().flat_map(|find| find(&subjects));
     let still = (training.iter()).flat_map(|runs| too_short::find_among(&subjects[runs.clone()]));
     let mut findings: Vec<Finding> = among.chain(still).chain(each).collect();
+    // A constant command is worth a note only where no other run has another level.
+    let levels = || runs.iter().flat_map(|run| &run.command);
+    if levels().zip(levels().skip(1)).any(|(a, b)| a != b) {
+        let is_note = |finding: &Finding| finding.severity == Severity::Note;
+        findings.retain(|finding| finding.id != Kind::CommandConstant || !is_note(finding));
+    }
     findings.sort_by_key(|finding| finding.severity);
     findings
 }

@@ -4,20 +4,21 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::diagnose_text::{explain, show};
+use super::diagnose_text::{explain, nominal_fit_words, show};
 use super::findings::print_findings;
 use super::foreign::{read_runs, refuse_unused};
 use super::import_flags::Flags;
 use super::known::With;
 use super::motor_choice::MotorChoice;
+use super::numbers::good_enough;
 use super::output_file::{Force, Form};
 use super::progress::{set_share, spinner};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check_training, is_fatal};
 use crate::diagnose::{
-    BadRecording, GoodEnough, NominalFit, NominalSource, Options, Role, RunFacts, Settings,
-    WithRuns, diagnose, nominal_fit,
+    BadRecording, GoodEnough, NominalSource, Options, Role, RunFacts, Settings, WithRuns, diagnose,
+    nominal_fit,
 };
 use crate::hint::In;
 use crate::motor::{Motor, read_motor};
@@ -166,13 +167,15 @@ impl Diagnose {
         };
         if self.is_fitted(first) {
             let fit = nominal_fit(first, &motor).map_err(Failure::input)?;
-            output.message(&words_of(&fit));
+            output.message(&nominal_fit_words(&fit));
             if !fit.is_given {
                 nominal_source = NominalSource::Fit;
             }
             motor = fit.motor;
-        } else {
+        } else if reference.is_empty() || self.motor.is_given() {
             self.motor.print_default(output);
+        } else {
+            output.message("no --motor: the nominal model is fitted to the reference runs, with R and Kt of the lab handout's motor");
         }
         let proposed: Vec<Motor> = (self.propose.iter())
             .map(|path| read_motor(path).map_err(Failure::input))
@@ -342,38 +345,6 @@ fn repeating(text: &str) -> Result<Repeating, String> {
         ),
         _ => Ok(Repeating(paths)),
     }
-}
-
-/// Counts, or a share in percent.
-fn good_enough(text: &str) -> Result<GoodEnough, String> {
-    let (number, is_share) = match text.strip_suffix('%') {
-        Some(number) => (number, true),
-        None => (text, false),
-    };
-    let value: f64 = number.trim().parse().map_err(|_| {
-        format!("'{text}' is neither counts nor a share\nhint: 5 is 5 counts, 1% is a share of the travel")
-    })?;
-    match (value.is_finite() && value >= 0.0, is_share) {
-        (false, _) => Err("expected 0 or more\nhint: --good-enough 0.5 is half a count RMS, --good-enough 2% a share of the travel".to_owned()),
-        (true, true) => Ok(GoodEnough::Share(value / 100.0)),
-        (true, false) => Ok(GoodEnough::Counts(value)),
-    }
-}
-
-/// Residuals of the nominal fit, of its initial motor, and of a shaft at rest.
-fn words_of(fit: &NominalFit) -> String {
-    let given = match fit.given_left_counts {
-        Some(left) => format!("{left:.2} before the fit"),
-        None => "the motor before the fit cannot be simulated".to_owned(),
-    };
-    let motor = match fit.is_given {
-        true => "the given motor, since no fit leaves less",
-        false => "fitted to these runs without effects",
-    };
-    format!(
-        "nominal motor: {motor}; RMS error of whole runs in open loop {:.2} counts ({given}, {:.1} for a shaft at rest)",
-        fit.left_counts, fit.at_rest_counts
-    )
 }
 
 /// Ends a diagnosis before the fit because of a fatal finding.

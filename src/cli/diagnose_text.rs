@@ -2,14 +2,14 @@
 
 use super::picture::on_terminal;
 use super::{Failure, Output};
-use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED};
+use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED, NominalFit};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
     BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
-    cause_words, class_of_cause, class_words, effects_words, few_words, fitted_words,
-    identifiable_rows, interval_words, is_optional, measured, named_parts, of_reference, overlays,
-    sets_note, smoothing_words, torque_words,
+    cause_words, causes_note, class_of_cause, class_words, discrete_words, effects_words,
+    few_words, fitted_words, interval_words, is_optional, measured, named_parts, no_recording,
+    of_reference, overlays, sets_note, smoothing_words, torque_words, value_column,
 };
 use crate::report::number::{figure, percent, probability};
 use crate::report::table::Table;
@@ -39,7 +39,7 @@ pub(super) fn show(
         output.line(&format!("\n{}", diagnosis.note))?;
     }
     if let Some(reference) = &diagnosis.reference {
-        output.line(&format!("\n{}", of_reference(reference)))?;
+        output.line(&format!("\n{}", of_reference(diagnosis, reference)))?;
     }
     output.line("\nERROR BUDGET")?;
     budget(diagnosis, output)?;
@@ -52,6 +52,10 @@ pub(super) fn show(
     let listed = diagnosis.causes.iter().enumerate().filter(is_listed);
     for (_, cause) in listed {
         one_cause(diagnosis, cause, output)?;
+    }
+    let note = causes_note(diagnosis);
+    if !note.is_empty() {
+        output.line(&format!("  {note}"))?;
     }
     output.line("\nSETS OF EFFECTS")?;
     let listed = &diagnosis.sets[..diagnosis.sets.len().min(LISTED)];
@@ -76,13 +80,29 @@ pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Fail
     output.line(&sets(&diagnosis.sets, diagnosis))?;
     let scoring = &diagnosis.scoring;
     output.line(&format!(
-        "  score: {}; effective observations {}; random load torque {} of stall; whitened residual variance {} times its expectation (1: the noise model is adequate)",
+        "  score: {}; effective observations {}; random load torque {} of stall; whitened residual variance {} times its expectation (near 1: the noise model is adequate)",
         scoring.score.replace('_', " "),
         figure(scoring.effective_observations, 4),
         percent(scoring.random_load_share),
         figure(scoring.whitened_squares, 3)
     ))?;
-    output.line(&format!("  {}", fitted_words(&diagnosis.gap)))
+    output.line(&format!("  {}", fitted_words(diagnosis)))
+}
+
+/// Residuals of the nominal fit, of its initial motor, and of a shaft at rest.
+pub(super) fn nominal_fit_words(fit: &NominalFit) -> String {
+    let given = match fit.given_left_counts {
+        Some(left) => format!("{left:.2} with the starting values"),
+        None => "the starting values cannot be simulated".to_owned(),
+    };
+    let motor = match fit.is_given {
+        true => "the given motor, since no fit leaves less",
+        false => "fitted to these runs without effects",
+    };
+    format!(
+        "nominal motor: {motor}; RMS error of whole runs in open loop {:.2} counts ({given}; {:.1} if the model did not move)",
+        fit.left_counts, fit.at_rest_counts
+    )
 }
 
 fn budget(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
@@ -97,7 +117,7 @@ fn budget(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     }
     output.line(table.to_string().trim_end())?;
     output.line(&format!("  {}", budget_note(diagnosis)))?;
-    output.line(&format!("  {}", measured(&diagnosis.gap)))
+    output.line(&format!("  {}", measured(diagnosis)))
 }
 
 /// A bar of a share.
@@ -139,6 +159,13 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
             true => "; at the limit of its range",
             false => "",
         };
+        if let Some(words) = discrete_words(name, number.value) {
+            output.line(&format!(
+                "            {name} = {}: {words}",
+                figure(number.value, 4)
+            ))?;
+            continue;
+        }
         output.line(&format!(
             "            {name} = {} {} (95 %: {}{reference}{limit})",
             figure(number.value, 4),
@@ -169,16 +196,20 @@ fn sets(sets: &[EffectSet], diagnosis: &Diagnosis) -> String {
 
 fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     let has_file = diagnosis.identifiable.motor_file.is_some();
-    let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
+    let value = value_column(diagnosis);
+    let mut names = vec!["parameter", &value, "95\u{a0}% interval", "unit"];
     if has_file {
         names.insert(1, MOTOR_FILE_COLUMN);
     }
     let mut table = Table::new(names);
-    for (name, number, given) in identifiable_rows(diagnosis) {
+    for (name, number, given) in diagnosis.identifiable_rows() {
         let mut row = vec![
             name.to_owned(),
             figure(number.value, 4),
-            interval_words(&number),
+            match number.at_bound {
+                true => format!("{}, at the limit of its range", interval_words(&number)),
+                false => interval_words(&number),
+            },
             number.unit.to_owned(),
         ];
         if has_file {
@@ -231,7 +262,7 @@ fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
         output.line(&format!("  {}", stage_words(diagnosis, stage)))?;
     }
     if diagnosis.place.regions.is_empty() || diagnosis.unexplained.share < LEAST_PRINTED {
-        return output.line("  no error above the noise floor remains");
+        return output.line("  no significant error above the noise floor remains");
     }
     for region in diagnosis.place.regions.iter().take(LISTED) {
         output.line(&format!(
@@ -248,18 +279,17 @@ fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
 
 fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     let Some(next) = &diagnosis.next_experiment else {
-        return output.line("  no recording is proposed");
+        return output.line(&format!("  {}", no_recording(diagnosis)));
     };
     let change = next.change.as_ref();
-    let change = change.map_or_else(String::new, |change| format!(", with {}", change.words()));
+    let change = change.map_or_else(String::new, |change| format!(" with {}", change.words()));
     let optional = match is_optional(diagnosis) {
-        true => "optional, since the parameters explain the error: ",
+        true => "Optional, since the parameters explain the error. ",
         false => "",
     };
     output.line(&format!(
-        "  {optional}profile {} for {} s{change}: the predictions of {} are expected to differ by at least {} standard deviations of the noise",
-        next.profile,
-        figure(next.duration_s, 3),
+        "  {optional}`{}`{change} would separate {}, each pair by at least {} standard deviations of the noise. PORT is the board's port.",
+        next.command,
         few_words(&next.tells_apart),
         figure(next.expected_separation, 2)
     ))

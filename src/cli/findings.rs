@@ -44,7 +44,8 @@ pub(super) fn listed(findings: &[Finding], at_length: bool) -> Vec<String> {
                     .collect();
                 let others = match runs.len().saturating_sub(MOST_RUNS) {
                     0 => String::new(),
-                    others => format!(" and {others} others"),
+                    1 => " and another run".to_owned(),
+                    others => format!(" and {others} other runs"),
                 };
                 text.push_str(&format!(
                     "\n  and {} more in {}{others} (motorlab check --verbose)",

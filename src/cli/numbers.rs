@@ -1,5 +1,6 @@
 //! Numeric flags, checked against the one table of plausible ranges.
 
+use crate::diagnose::GoodEnough;
 use crate::motor::plausible::{self, Range, Shown};
 
 pub(super) fn number_in(text: &str, range: Range) -> Result<f64, String> {
@@ -29,6 +30,22 @@ pub(super) fn counts_per_rev(text: &str) -> Result<f64, String> {
 
 pub(super) fn supply_v(text: &str) -> Result<f64, String> {
     number_in(text, plausible::SUPPLY_V)
+}
+
+/// Counts, or a share in percent.
+pub(super) fn good_enough(text: &str) -> Result<GoodEnough, String> {
+    let (number, is_share) = match text.strip_suffix('%') {
+        Some(number) => (number, true),
+        None => (text, false),
+    };
+    let value: f64 = number.trim().parse().map_err(|_| {
+        format!("'{text}' is neither counts nor a share\nhint: 5 is 5 counts, 1% is a share of the travel")
+    })?;
+    match (value.is_finite() && value >= 0.0, is_share) {
+        (false, _) => Err("expected 0 or more\nhint: --good-enough 0.5 is half a count RMS, --good-enough 2% a share of the travel".to_owned()),
+        (true, true) => Ok(GoodEnough::Share(value / 100.0)),
+        (true, false) => Ok(GoodEnough::Counts(value)),
+    }
 }
 
 #[cfg(test)]

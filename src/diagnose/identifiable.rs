@@ -3,7 +3,7 @@
 use super::fit::Fit;
 use super::intervals::{covariance, interval_of};
 use super::model::Base;
-use super::report::{Identifiable, KnownTorque, MotorFileValues, NominalSource};
+use super::report::{Identifiable, Interval, KnownTorque, MotorFileValues, NominalSource};
 use super::segments::{Segments, drag};
 use crate::motor::{CommandKind, Parameters};
 
@@ -36,10 +36,18 @@ pub(crate) fn identifiable(
     let motor = fit.model.motor(&fit.x);
     let has_torque =
         base.torque_identifiable || (source == NominalSource::Given && !motor.resistance_assumed);
+    let is_limited = |key: &str| {
+        let parameters = fit.model.parameters.iter().zip(&fit.x);
+        (parameters.filter(|(parameter, _)| parameter.id.key() == key))
+            .any(|(parameter, x)| parameter.is_at_bound(*x))
+    };
     Identifiable {
         speed_per_volt: of(speed_unit, &speed),
         time_constant_s: of("s", &mechanical),
-        friction_v: of(command_unit, &friction),
+        friction_v: Interval {
+            at_bound: is_limited("coulomb_friction_nm"),
+            ..of(command_unit, &friction)
+        },
         electrical_time_constant_s: is_voltage.then(|| of("s", &electrical)),
         motor_file: (source == NominalSource::Given && base.reference.is_none()).then(|| {
             MotorFileValues {

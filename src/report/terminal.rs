@@ -95,7 +95,7 @@ fn legend(panel: &Panel, colours: bool) -> String {
         .map(|(number, series)| {
             let digit = digit(number).map(String::from);
             let sign = match series.stroke {
-                _ if !colours && digit.is_some() => digit.as_deref().unwrap_or_default(),
+                _ if !colours => digit.as_deref().unwrap_or(DOTS),
                 Stroke::Dots => "••",
                 Stroke::Dashed => "╌╌",
                 Stroke::Broad | Stroke::BroadStep => "━━",
@@ -110,6 +110,9 @@ fn legend(panel: &Panel, colours: bool) -> String {
 fn lines(panel: &Panel) -> impl Iterator<Item = &Series> {
     panel.series.iter().filter(|one| !one.stroke.is_band())
 }
+
+/// Sign of the first series without colours.
+const DOTS: &str = "\u{2836}\u{2836}";
 
 /// Digit of a series without colours; the first one is drawn in dots.
 fn digit(number: usize) -> Option<char> {

@@ -6,14 +6,13 @@ use crate::diagnose::classes::{class_of, members_of};
 use crate::diagnose::command_units::CommandUnits;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::intervals::{covariance, interval};
-use crate::diagnose::model::{BASE, Base, Parameter};
+use crate::diagnose::model::{BASE, Base};
 use crate::diagnose::report::{Alternative, Cause, EffectClass, EffectSet, Interval};
 use crate::diagnose::score::posterior;
 use crate::diagnose::search::Scored;
 use crate::diagnose::segments::Segments;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::conventions::LISTED_FROM;
-use crate::diagnose::settings::solver::SAME;
 use crate::diagnose::verdict::{Identified, Weighed, inclusion};
 use crate::motor::catalogue::{EffectParameter, find, kind};
 use crate::motor::fit::ParameterId;
@@ -36,15 +35,10 @@ pub(super) fn at_bound(fit: &Fit) -> Vec<&'static str> {
     let parameters = fit.model.parameters.iter().zip(&fit.x);
     parameters
         .filter_map(|(parameter, x)| match parameter.id {
-            ParameterId::Effect(index, _) if is_at_bound(parameter, *x) => Some(kind(index).id),
+            ParameterId::Effect(index, _) if parameter.is_at_bound(*x) => Some(kind(index).id),
             _ => None,
         })
         .collect()
-}
-
-fn is_at_bound(parameter: &Parameter, x: f64) -> bool {
-    let near = SAME * (parameter.hi - parameter.lo).abs();
-    x <= parameter.lo + near || x >= parameter.hi - near
 }
 
 /// Effects that would remove as much in place of one: members of its class that have a probability, and rivals, which
@@ -153,6 +147,16 @@ pub(super) fn causes(
     found
 }
 
+/// Effects about which no recording needs to decide: probable ones with a parameter at a bound, and immaterial ones.
+pub(super) fn settled(causes: &[Cause], settings: &Settings) -> Vec<&'static str> {
+    let is_settled = |cause: &&Cause| {
+        cause.immaterial || cause.at_bound && cause.inclusion >= settings.identified
+    };
+    (causes.iter().filter(is_settled))
+        .map(|cause| cause.effect)
+        .collect()
+}
+
 /// Parameters of one effect of a fit; of an effect that widens a base parameter, that parameter in SI.
 fn parameters(
     segments: &Segments,
@@ -180,7 +184,7 @@ fn parameters(
         match parameter.id {
             ParameterId::Effect(of, which) if of == index => {
                 let mut one = interval(segments, fit, &covariance, k, units);
-                one.at_bound = is_at_bound(parameter, fit.x[k]);
+                one.at_bound = parameter.is_at_bound(fit.x[k]);
                 one.reference = reference(parameter.id, &kind.parameters[which]);
                 let reference = units.and_then(|units| units.of(&one)?.reference);
                 if let Some(own) = &mut one.in_command {

@@ -15,19 +15,18 @@ use super::model::mean_square;
 use super::nested::{self, Step};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
-    BudgetStep, Cause, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun,
-    Quick, ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
+    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun, Quick,
+    ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::likelihood;
 use super::search::Scored;
 use super::segments::{Segment, Segments};
-use super::settings::Settings;
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
 use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
 use crate::recording::Run;
-use causes::{alternatives, base_parameters, causes, classes, outside, sets};
+use causes::{alternatives, base_parameters, causes, classes, outside, sets, settled};
 use confirmed::{Confirmed, Data, Floors, confirmed};
 
 /// Measured quantity.
@@ -190,9 +189,12 @@ pub(super) fn document(
             parts[at],
             shares.between(0, shown),
             match (held.is_some(), prepared.subset.is_some()) {
-                (true, _) => HELD_OUT_RUNS,
-                (_, true) => "all segments; a stratified subset of them was fitted",
-                _ => "cross-validation over segments",
+                (true, _) => HELD_OUT_RUNS.to_owned(),
+                (_, true) => format!(
+                    "all segments, of which {:.0} % of the samples were fitted",
+                    100.0 * segments.len as f64 / all.len as f64
+                ),
+                _ => "cross-validation over segments".to_owned(),
             },
         ),
         base: base_parameters(segments, base, reported),
@@ -217,19 +219,7 @@ pub(super) fn document(
         model,
         refitted: steps[1].fit.model.motor(&steps[1].fit.x),
     };
-    // Where no effect describes the recordings, or the most probable one does not within its range, the predictions of
-    // the sets do not hold.
-    let is_undescribed = sentence::is_undescribed(&diagnosis, settings)
-        || !is_named && sentence::is_at_limit(&diagnosis, settings);
-    let is_settled = match verdict {
-        _ if is_undescribed => true,
-        Verdict::NoGap | Verdict::NoChange => true,
-        Verdict::Effect | Verdict::Parameters => {
-            probability >= settings.confident && diagnosis.classes.is_empty()
-        }
-        _ => false,
-    };
-    if !is_settled {
+    if sentence::no_recording_reason(&diagnosis, settings).is_none() {
         (options.progress)("choosing what to record next");
         (options.done)(NEXT_FROM);
         let settled = settled(&diagnosis.causes, settings);
@@ -246,16 +236,6 @@ pub(super) fn document(
     let parts = diagnosis.parts.iter().filter(|part| !part.is_empty());
     diagnosis.sentence = parts.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)
-}
-
-/// Effects about which no recording needs to decide: probable ones with a parameter at a bound, and immaterial ones.
-fn settled(causes: &[Cause], settings: &Settings) -> Vec<&'static str> {
-    let is_settled = |cause: &&Cause| {
-        cause.immaterial || cause.at_bound && cause.inclusion >= settings.identified
-    };
-    (causes.iter().filter(is_settled))
-        .map(|cause| cause.effect)
-        .collect()
 }
 
 /// Intervals of the diagnosed and the held-out runs in which the drive was off under its command.
@@ -347,7 +327,7 @@ fn gap(
     at: usize,
     parts: FloorParts,
     (closed, closed_lo95, closed_hi95): (f64, f64, f64),
-    held_out: &str,
+    held_out: String,
 ) -> Gap {
     let horizon = |segment: &Segment| {
         let t_s = &judged_on.runs[segment.run].t_s;
@@ -372,7 +352,7 @@ fn gap(
             // An effect that parameters imitate leaves as much, but for the convergence of the fits.
             after_effect: steps[at].fit.rms().min(steps[1].fit.rms()),
         },
-        held_out: held_out.to_owned(),
+        held_out,
     }
 }
 

@@ -53,6 +53,12 @@ impl Parameter {
         self.unit * if self.log { x.exp() } else { x }
     }
 
+    /// Whether the fit ended at an end of its range.
+    pub fn is_at_bound(&self, x: f64) -> bool {
+        let near = solver::SAME * (self.hi - self.lo).abs();
+        x <= self.lo + near || x >= self.hi - near
+    }
+
     /// Step of its difference quotients.
     pub fn difference(&self) -> f64 {
         solver::DIFFERENCE * (self.hi - self.lo).min(solver::DIFFERENCE_RANGE)

@@ -62,17 +62,17 @@ impl Verdict {
                 "the error of the nominal model is not significantly above the noise floor"
             }
             Self::Parameters => {
-                "no effect is identified, and re-identified parameters remove more than 90 % of the error, or at least 50 % with P(no effect is present) at least 0.5"
+                "P(no effect is present) is at least 0.5, and re-identified parameters remove at least half of the squared error"
             }
             Self::Effect => {
-                "the named effects or classes are identified, and less than a tenth of the error is unexplained"
+                "the named effects or classes are identified, and less than a tenth of the squared error is unexplained"
             }
             Self::Partial => {
-                "the named effects or classes are identified, and a tenth or more of the error is unexplained"
+                "the named effects or classes are identified, and a tenth or more of the squared error is unexplained"
             }
             Self::Ambiguous => "no effect is identified, but P(an effect is present) is above 0.5",
             Self::OutsideCatalogue => {
-                "P(no effect of the catalogue is present) is at least 0.5, and re-identified parameters leave more than half of the error"
+                "P(no effect of the catalogue is present) is at least 0.5, and re-identified parameters leave more than half of the squared error"
             }
             Self::NoChange => "these runs agree with the reference",
         }

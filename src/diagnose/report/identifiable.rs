@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::Interval;
+use super::{Diagnosis, Interval};
+use crate::motor::CommandKind;
 
 /// Identifiable parameters with their 95 % intervals; for a current- or torque-driven axis per ampere or newton
 /// metre.
@@ -23,6 +24,41 @@ pub struct Identifiable {
     /// Torques in SI, if they are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub si: Option<KnownTorque>,
+}
+
+impl Diagnosis {
+    /// Identifiable parameters: name, value, and the motor file's value if one was given.
+    pub fn identifiable_rows(&self) -> Vec<(&'static str, Interval, Option<f64>)> {
+        let found = &self.identifiable;
+        let file = found.motor_file;
+        let given = |of: fn(&MotorFileValues) -> f64| file.as_ref().map(of);
+        let (gain, friction) = match self.command_kind {
+            CommandKind::Voltage => ("steady speed per volt", "Coulomb friction as a voltage"),
+            CommandKind::Current => ("steady speed per ampere", "Coulomb friction as a current"),
+            CommandKind::Torque => ("steady speed per newton metre", "Coulomb friction"),
+        };
+        let mut rows = vec![
+            (
+                gain,
+                found.speed_per_volt,
+                given(|file| file.speed_per_volt),
+            ),
+            (
+                "mechanical time constant",
+                found.time_constant_s,
+                given(|file| file.time_constant_s),
+            ),
+            (friction, found.friction_v, given(|file| file.friction_v)),
+        ];
+        // Not identified if it was held at its assumed value.
+        let electrical = found.electrical_time_constant_s;
+        let electrical = electrical.filter(|one| self.has_torque() || one.lo95 < one.hi95);
+        if let Some(electrical) = electrical {
+            let given = file.and_then(|file| file.electrical_time_constant_s);
+            rows.push(("electrical time constant L/R", electrical, given));
+        }
+        rows
+    }
 }
 
 /// Identifiable parameters of the motor file, in the units of [`Identifiable`].

@@ -35,7 +35,7 @@ impl fmt::Display for SearchStep {
         }
         writeln!(
             f,
-            "  best of {} fitted: {} (score {:.1}, {:.3} counts RMS)",
+            "  best of {} sets fitted so far: {} (score {:.1}, {:.3} counts RMS)",
             self.fitted,
             named(&self.best),
             self.score,

@@ -1,7 +1,8 @@
 //! Second part: the cause with its probability and parameters.
 
 use super::{
-    ABOVE_FLOOR, capitalized, counts, is_nominal_fitted, listed, name, percent, probability, three,
+    ABOVE_FLOOR, capitalized, counts, is_nominal_fitted, is_undescribed, listed, name, percent,
+    probability, repeatability_above_error, three,
 };
 use crate::diagnose::report::{Cause, Diagnosis, EffectClass, Interval, Verdict};
 use crate::diagnose::settings::Settings;
@@ -11,27 +12,43 @@ use crate::motor::catalogue::find;
 pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
     let p = probability(diagnosis.probability);
     let parameters = || percent(share_of(diagnosis, "parameters").max(0.0));
+    if is_undescribed(diagnosis, settings) {
+        let p = match diagnosis.verdict {
+            Verdict::OutsideCatalogue => {
+                format!(" P(no effect of the catalogue is present) {p}.")
+            }
+            Verdict::Ambiguous => format!(" P(an effect is present) {p}."),
+            _ => String::new(),
+        };
+        return format!(
+            "No effect that was tried describes these recordings: nearly all of the error remains, and the probabilities name no cause.{p}{}",
+            candidates(diagnosis)
+        );
+    }
     match diagnosis.verdict {
         Verdict::BadRecording => String::new(),
         Verdict::NoGap if diagnosis.probability >= settings.confident => {
             format!("No effect is needed: P(no effect is present) {p}.")
         }
         Verdict::NoGap => format!(
-            "No effect is identified at this noise floor: P(no effect is present) {p}.{}",
-            candidates(diagnosis)
+            "No effect is identified at this noise floor: P(no effect is present) {p}.{}{}",
+            candidates(diagnosis),
+            not_visible(diagnosis)
         ),
         Verdict::NoChange => {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
         Verdict::Parameters if diagnosis.probability < settings.identified => format!(
-            "Re-identified parameters remove {} of {ABOVE_FLOOR} and leave less than a tenth, so that no effect is needed, although P(no effect is present) {p}.{}{}",
-            parameters(),
+            "An effect is probably present: P(no effect is present) {p}.{} Re-identified parameters imitate {} of {ABOVE_FLOOR} and leave {} counts.{}",
             candidates(diagnosis),
+            parameters(),
+            counts(diagnosis.gap.after_parameters),
             at_floor(diagnosis)
         ),
         Verdict::Parameters => format!(
-            "Re-identified parameters explain the error: they remove {} of {ABOVE_FLOOR}; P(no effect is present) {p}.",
-            parameters()
+            "Re-identified parameters explain the error: they remove {} of {ABOVE_FLOOR}; P(no effect is present) {p}.{}",
+            parameters(),
+            changed(diagnosis)
         ),
         Verdict::OutsideCatalogue => format!(
             "No effect of the catalogue is identified: P(no effect of the catalogue is present) {p}.{}",
@@ -45,6 +62,35 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
         Verdict::Effect | Verdict::Partial => {
             format!("{}{}", identified(diagnosis, &p), also(diagnosis))
         }
+    }
+}
+
+/// Effects below the repeatability of the runs.
+fn not_visible(diagnosis: &Diagnosis) -> String {
+    let repeats = repeatability_above_error(diagnosis);
+    repeats.map_or_else(String::new, |repeats| {
+        format!(
+            " The repeatability of the runs with the same command is {} counts, more than the model's error: smaller effects are not visible.",
+            counts(repeats)
+        )
+    })
+}
+
+/// Identifiable parameters that differ from the motor file's: the 95 % interval excludes that value.
+fn changed(diagnosis: &Diagnosis) -> String {
+    let changed: Vec<String> = (diagnosis.identifiable_rows().into_iter())
+        .filter_map(|(name, found, file)| Some((name, found, file?)))
+        .filter(|(_, found, file)| !(found.lo95..=found.hi95).contains(file))
+        .map(|(name, found, file)| (name, three(found.value), three(file), found.unit))
+        .filter(|(_, value, file, _)| value != file)
+        .map(|(name, value, file, unit)| format!("{name} {value} {unit} instead of {file}"))
+        .collect();
+    match changed.is_empty() {
+        true => String::new(),
+        false => format!(
+            " Different from the motor file: {}.",
+            listed(&changed, "and")
+        ),
     }
 }
 
@@ -163,36 +209,29 @@ fn members(diagnosis: &Diagnosis, class: &EffectClass) -> String {
     )
 }
 
-/// Shares removed by re-identified parameters and the effects.
+/// Errors that re-identified parameters leave without the effects and with them.
 fn reductions(diagnosis: &Diagnosis) -> String {
     let gap = &diagnosis.gap;
     let alone = share_of(diagnosis, "parameters");
-    let effects = if diagnosis.effects.len() == 1 {
-        "the effect"
-    } else {
-        "the effects"
+    let effects = match diagnosis.effects.len() {
+        1 => "the effect",
+        _ => "the effects",
     };
     let fitted = match is_nominal_fitted(diagnosis) {
         true => ", which was fitted to these runs",
         false => "",
     };
-    let mut text = match (alone > 0.0, diagnosis.effects.as_slice()) {
+    let [left, remain] = [gap.after_parameters, gap.after_effect].map(counts);
+    let mut text = match alone > 0.0 {
         _ if gap.closed <= 0.0 => format!(
             " The held-out error with {effects} is not below that of the nominal model{fitted}."
         ),
-        (true, [effect]) => format!(
-            " Re-identified parameters remove {} of {ABOVE_FLOOR}, {effects} a further {}.",
-            percent(alone),
-            percent(share_of(diagnosis, effect).max(0.0))
-        ),
-        (true, _) => format!(
-            " With {effects}, {} of {ABOVE_FLOOR} is removed, with re-identified parameters alone {}.",
-            percent(gap.closed.max(0.0)),
+        true => format!(
+            " Without {effects}, re-identified parameters imitate {} of {ABOVE_FLOOR} and leave {left} counts; with {effects} {remain} remain.",
             percent(alone)
         ),
-        (false, _) => format!(
-            " With {effects}, {} of {ABOVE_FLOOR} is removed; re-identified parameters alone do not reduce it.",
-            percent(gap.closed.max(0.0))
+        false => format!(
+            " Without {effects}, re-identified parameters do not reduce the error and leave {left} counts; with {effects} {remain} remain."
         ),
     };
     if gap.after_parameters <= gap.floor {

@@ -7,12 +7,11 @@ mod next;
 mod other_means;
 mod words;
 
-pub(crate) use other_means::is_at_limit;
-use other_means::other_means;
+use other_means::{is_at_limit, other_means};
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
 
-use super::report::{Diagnosis, HELD_OUT_RUNS, NominalSource, Regime, Verdict};
+use super::report::{Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, Regime, Verdict};
 use super::settings::Settings;
 use super::settings::conventions::LEAST_PRINTED;
 
@@ -21,7 +20,7 @@ pub(crate) fn parts(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> 
     [
         size(diagnosis),
         cause::cause(diagnosis, settings),
-        remaining(diagnosis, settings),
+        remaining(diagnosis),
         next::next(diagnosis, asked, settings),
     ]
 }
@@ -33,6 +32,12 @@ fn size(diagnosis: &Diagnosis) -> String {
         Some(quick) => format!("{error} {}", quick.sentence()),
         None => error,
     }
+}
+
+/// The repeatability of runs with the same command, if it is at least the error of the nominal model.
+fn repeatability_above_error(diagnosis: &Diagnosis) -> Option<f64> {
+    let repeats = diagnosis.gap.floor_parts.repeats;
+    repeats.filter(|repeats| *repeats >= diagnosis.gap.before && diagnosis.reference.is_none())
 }
 
 /// Whether the noise floor is the difference between runs with the same command, or from the reference.
@@ -88,7 +93,7 @@ fn error(diagnosis: &Diagnosis) -> String {
 }
 
 /// Whether the nominal motor was fitted to the runs of the error.
-fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
+pub(crate) fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
     diagnosis.nominal_source == NominalSource::Fit && diagnosis.gap.held_out != HELD_OUT_RUNS
 }
 
@@ -96,7 +101,7 @@ fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
 const ABOVE_FLOOR: &str = "the squared error above the noise floor";
 
 /// Third part: size and location of the unexplained error.
-fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {
+fn remaining(diagnosis: &Diagnosis) -> String {
     let unexplained = &diagnosis.unexplained;
     if matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange) {
         return String::new();
@@ -119,39 +124,50 @@ fn remaining(diagnosis: &Diagnosis, settings: &Settings) -> String {
     let place = largest_regime(diagnosis)
         .filter(|_| unexplained.share >= LEAST_PRINTED)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
-    let undescribed = match is_undescribed(diagnosis, settings) {
-        true if !diagnosis.effects.is_empty() => {
-            " The named effects leave nearly all of the error: do not take them for its cause."
-        }
-        true => {
-            " No parameters and no effect that was tried describe these recordings: the probabilities name no cause."
-        }
-        false => "",
-    };
     let above_all = match unexplained.share > 1.0 && is_nominal_fitted(diagnosis) {
-        true => {
-            " Above 100 %, since the nominal model was fitted to the same data, on which its error is measured."
-        }
-        false => "",
+        true => format!(
+            " Above 100 %, because the two errors are not comparable: {} counts are on the data that the nominal model was fitted to, {} on held-out data.",
+            counts(diagnosis.gap.before),
+            counts(diagnosis.gap.after_effect)
+        ),
+        false => String::new(),
     };
-    format!(
-        "{share}{}.{above_all}{undescribed}",
-        place.unwrap_or_default()
-    )
+    format!("{share}{}.{above_all}", place.unwrap_or_default())
 }
 
 /// Whether all but an immaterial share of the error is unexplained, although probable effects were tried, or none is
 /// probable.
-pub(crate) fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
+fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
     let was_tried = match diagnosis.verdict {
-        Verdict::NoGap | Verdict::NoChange | Verdict::Parameters => false,
         Verdict::Ambiguous => {
             (diagnosis.causes.iter()).any(|cause| cause.not_identified().is_some())
         }
         Verdict::OutsideCatalogue => diagnosis.probability >= settings.confident,
-        Verdict::Effect | Verdict::Partial | Verdict::BadRecording => true,
+        _ => false,
     };
     was_tried && diagnosis.unexplained.share >= 1.0 - settings.unexplained_share
+}
+
+/// Why no recording is proposed; `None` where one that separates the remaining sets would be.
+pub(crate) fn no_recording_reason(
+    diagnosis: &Diagnosis,
+    settings: &Settings,
+) -> Option<&'static str> {
+    let is_known = diagnosis.probability >= settings.confident && diagnosis.classes.is_empty();
+    match diagnosis.verdict {
+        Verdict::NoGap => Some("the error is not significantly above the noise floor"),
+        Verdict::NoChange => Some("these runs agree with the reference"),
+        // The predictions of the sets do not hold.
+        _ if is_undescribed(diagnosis, settings) => {
+            Some("no effect that was tried describes these recordings")
+        }
+        _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) => {
+            Some("a probable effect is at the limit of its range, which no recording changes")
+        }
+        Verdict::Effect if is_known => Some("the cause is known"),
+        Verdict::Parameters if is_known => Some("the parameters explain the error"),
+        _ => None,
+    }
 }
 
 fn largest_regime(diagnosis: &Diagnosis) -> Option<(Regime, f64)> {
@@ -231,14 +247,7 @@ pub(crate) fn note(
     }
     let scoring = &diagnosis.scoring;
     if scoring.score == "likelihood" && scoring.random_load_share > 0.0 {
-        let random = diagnosis.gap.floor_parts.random;
-        let place = match random.is_some_and(|random| random >= diagnosis.gap.floor) {
-            true => Some("makes most of the noise floor"),
-            false => {
-                (diagnosis.unexplained.share > 0.0).then_some("is part of the unexplained error")
-            }
-        };
-        notes.extend(place.map(|place| {
+        notes.extend(random_load(diagnosis).map(|place| {
             format!(
                 "A random load torque of {} of the stall torque (estimated) {place}; no deterministic model removes it.",
                 percent(scoring.random_load_share)
@@ -252,6 +261,26 @@ pub(crate) fn note(
         );
     }
     notes.join(" ")
+}
+
+/// The part of a random load torque in the noise floor, or else in the unexplained error.
+fn random_load(diagnosis: &Diagnosis) -> Option<String> {
+    let Gap {
+        floor, floor_parts, ..
+    } = &diagnosis.gap;
+    let others = FloorParts {
+        random: None,
+        ..*floor_parts
+    };
+    // Beside identified effects the floor has no random load.
+    let is_floor = floor_parts.random.is_some_and(|random| random >= *floor);
+    let [other, floor] = [others.largest(), *floor].map(counts);
+    match is_floor && diagnosis.effects.is_empty() {
+        true => (other != floor)
+            .then(|| format!("raises the noise floor from {other} to {floor} counts")),
+        false => (diagnosis.unexplained.share > 0.0)
+            .then(|| "is part of the unexplained error".to_owned()),
+    }
 }
 
 fn capitalized(text: &str) -> String {

@@ -1,7 +1,10 @@
 //! Fourth part: the next step, with a command line to copy.
 
 use super::cause::is_doubtful;
-use super::{is_at_limit, is_floor_repeatability, is_undescribed, listed, name, other_means};
+use super::{
+    is_at_limit, is_floor_repeatability, is_undescribed, listed, name, other_means,
+    repeatability_above_error,
+};
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict};
 use crate::diagnose::settings::Settings;
 
@@ -9,25 +12,39 @@ use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
 /// Steps by hand, then the step with its command.
 pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
-    let by_hand = match is_undescribed(diagnosis, settings) {
+    let is_undescribed = is_undescribed(diagnosis, settings);
+    let by_hand = match is_undescribed {
         true => Some(CHECK_BY_HAND.to_owned()),
         false => other_means(diagnosis, settings),
     };
-    let is_repeats = is_floor_repeatability(diagnosis) && diagnosis.reference.is_none();
+    let is_repeats = repeatability_above_error(diagnosis).is_some()
+        || is_floor_repeatability(diagnosis) && diagnosis.reference.is_none();
     let repeats = is_repeats.then(|| CHECK_REPEATS.to_owned());
-    let step = Some(then(diagnosis, asked, settings));
+    // A motor that imitates a probable effect is no result.
+    let is_measured_first = by_hand.is_some()
+        && !is_undescribed
+        && diagnosis.effects.is_empty()
+        && is_at_limit(diagnosis, settings);
+    let step = (!is_measured_first).then(|| then(diagnosis, asked, settings));
     let all: Vec<String> = [repeats, by_hand, step].into_iter().flatten().collect();
     all.join(" ")
 }
 
-const CHECK_BY_HAND: &str = "First check by hand that the supply and the counts per revolution that were given are right, and the recordings with `motorlab check`.";
+const CHECK_BY_HAND: &str = "First check the supply and the counts per revolution (header of the run file, or flags of the import), and the recordings with `motorlab check`.";
 
-const CHECK_REPEATS: &str = "First make sure that the runs with the same command are repeats of one set-up: their difference is the noise floor, and no smaller error can be judged. If they are not, diagnose them separately.";
+const CHECK_REPEATS: &str = "First make sure that the runs with the same command are repeats of one set-up: no error below their repeatability can be judged. If they are not, diagnose them separately.";
 
 /// The step.
 fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
     let is_explained =
         diagnosis.verdict == Verdict::Parameters && diagnosis.probability >= settings.identified;
+    let is_open = matches!(
+        diagnosis.verdict,
+        Verdict::Partial | Verdict::Ambiguous | Verdict::OutsideCatalogue
+    );
+    let is_quick = diagnosis.quick.is_some() && is_open;
+    let all_samples = asked.replacen(" --quick", "", 1);
+    let asked = if is_quick { &all_samples } else { asked };
     if let Some(next) = &diagnosis.next_experiment
         && !is_explained
     {
@@ -50,7 +67,11 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             "--model-out fitted.toml",
         ),
         Verdict::NoGap | Verdict::NoChange => (
-            "use the model as it is; for pictures of it",
+            "use the model for commands like the recorded ones; for pictures of it",
+            "--html diagnosis.html",
+        ),
+        _ if is_quick => (
+            "diagnose all samples, without --quick",
             "--html diagnosis.html",
         ),
         _ => (
@@ -64,19 +85,21 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
         .iter()
         .filter(|id| is_doubtful(diagnosis, id));
     let doubtful: Vec<String> = doubtful.map(|id| format!("[effects.{id}]")).collect();
-    let without = match doubtful.is_empty() {
-        true => String::new(),
-        false => format!(
+    let then = match diagnosis.verdict {
+        _ if !doubtful.is_empty() => format!(
             " Remove {} from it, or test it on another recording.",
             listed(&doubtful, "and")
         ),
+        Verdict::Parameters if !is_explained => {
+            " This motor imitates these runs; its parameters are no measurement.".to_owned()
+        }
+        Verdict::NoGap | Verdict::NoChange => {
+            " Other commands may show further effects: `motorlab design --profile reversing` lists those that a profile cannot show."
+                .to_owned()
+        }
+        _ => String::new(),
     };
-    // After advice to measure and diagnose again.
-    let when = match diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) {
-        true => "Next, unless you diagnose again",
-        false => "Next",
-    };
-    format!("{when}, {to}: {command}.{without}")
+    format!("Next, {to}: {command}.{then}")
 }
 
 /// The recording that separates the remaining sets, and the command that diagnoses it with the others.

@@ -5,7 +5,7 @@
 
 use super::{capitalized, is_undescribed, listed, name, three};
 use crate::diagnose::classes::members_of;
-use crate::diagnose::report::{Cause, Diagnosis, Verdict};
+use crate::diagnose::report::{Cause, Diagnosis, NominalSource, Verdict};
 use crate::diagnose::settings::Settings;
 use crate::motor::catalogue::ids;
 
@@ -13,53 +13,56 @@ use crate::motor::catalogue::ids;
 const MEANS: [(&str, &str); 14] = [
     (
         ids::SUPPLY_ERROR,
-        "measure the driver's supply under load with a voltmeter",
+        "measure the driver's supply voltage under load: gain = measured / assumed voltage",
     ),
     (
         ids::VOLTAGE_DROP,
-        "measure the motor's terminals while it turns, against the duty commanded",
+        "measure the voltage at the motor's terminals while it turns: drop_v = commanded minus measured voltage",
     ),
     (
         ids::SUPPLY_SAG,
-        "measure the supply at rest and at full duty",
+        "measure the supply's voltage and current at rest and at full duty: source_resistance_ohm = voltage drop / rise of the current",
     ),
     (
         ids::RESOLUTION_ERROR,
-        "turn the shaft ten turns by hand and read the count",
+        "turn the shaft ten turns by hand: counts_per_rev = a tenth of the counts",
     ),
     (
         ids::MISSED_COUNTS,
-        "turn to a mark and back, and read the count there",
+        "turn to a mark and back: probability = missing counts / counts travelled",
     ),
     (
         ids::CLOCK_ERROR,
-        "time a long run with a stopwatch, or record the host's time",
+        "time a long run with a stopwatch, or record the host's time: relative = (real time - board's time) / board's time",
     ),
     (
         ids::INERTIA,
-        "weigh and measure what turns, or record with a known disc added",
+        "weigh and measure what turns (inertia_kg_m2), or record with a known disc added",
     ),
     (
         ids::COULOMB_FRICTION,
-        "measure the torque that just starts it, with a string and a weight",
+        "measure the torque that just starts it, with a string and a weight: torque_nm = weight force times radius",
     ),
     (
         ids::VISCOUS_FRICTION,
-        "let it coast with the motor's leads open",
+        "let it coast with the motor's leads open: coefficient_nm_s_per_rad = inertia / time constant of the speed",
     ),
-    (ids::CURRENT_LIMIT, "measure the current at stall"),
-    (ids::WINDING_HEATING, "measure the resistance cold and hot"),
+    (ids::CURRENT_LIMIT, "measure the current at stall (limit_a)"),
+    (
+        ids::WINDING_HEATING,
+        "measure the resistance cold and hot: resistance_rise_per_w = relative rise / heating power",
+    ),
     (
         ids::GRAVITY_LOAD,
-        "turn the motor's axis upright and record again",
+        "weigh the load: torque_nm = weight force times its arm; or turn the motor's axis upright and record again",
     ),
     (
         ids::ENCODER_ECCENTRICITY,
-        "look at the count over one slow turn against a mark",
+        "compare the count with a mark over one slow turn: amplitude_rad = largest difference",
     ),
     (
         ids::ASYMMETRIC_FRICTION,
-        "measure the starting torque both ways",
+        "measure the starting torque both ways: ratio = (forward - reverse) / (forward + reverse)",
     ),
 ];
 
@@ -72,7 +75,7 @@ pub(super) fn other_means(diagnosis: &Diagnosis, settings: &Settings) -> Option<
     }
     let bounded = bounded(diagnosis, settings);
     if !bounded.is_empty() {
-        return Some(at_limit(&bounded));
+        return Some(at_limit(diagnosis, &bounded));
     }
     if diagnosis.verdict != Verdict::Ambiguous || diagnosis.next_experiment.is_some() {
         return None;
@@ -97,7 +100,7 @@ pub(crate) fn is_at_limit(diagnosis: &Diagnosis, settings: &Settings) -> bool {
 const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effects remove less than a tenth of the remaining error, so there is nothing to gain from separating them.";
 
 /// Effects at a limit of their range: the fitted value is no estimate, and no recording changes that.
-fn at_limit(bounded: &[&Cause]) -> String {
+fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
     let names: Vec<String> = bounded.iter().map(|cause| name(cause.effect)).collect();
     let values: Vec<String> = (bounded.iter())
         .flat_map(|cause| cause.parameters.iter())
@@ -120,21 +123,29 @@ fn at_limit(bounded: &[&Cause]) -> String {
             .collect(),
         _ => measurements(bounded.iter().map(|cause| cause.effect)),
     };
-    let measured = match measured.is_empty() {
-        true => {
-            "Check the supply and the parameters of the motor file, from which the ranges follow"
-                .to_owned()
-        }
-        false => capitalized(&measured.join("; ")),
-    };
     let (is, its) = match bounded {
         [_] => ("is", "its range"),
         _ => ("are", "their ranges"),
     };
+    let names = listed(&names, "and");
+    let measured = match measured.is_empty() {
+        true => "Check the supply and the parameters of the motor file, from which the ranges follow. If a known value is beyond the range,".to_owned(),
+        false => format!(
+            "{}. If the value is within the range, {names} {is} not the cause; if it is beyond,",
+            capitalized(&measured.join("; "))
+        ),
+    };
+    let template = match diagnosis.nominal_source {
+        NominalSource::Given => "",
+        _ => " (`motorlab motor --template -o motor.toml`)",
+    };
+    let sections: Vec<String> = (bounded.iter())
+        .map(|cause| format!("[effects.{}]", cause.effect))
+        .collect();
     format!(
-        "{} {is} at the limit of {its}{values}, which is no estimate. {measured}. A value beyond the range goes into the motor file, as [effects.{}]; then diagnose again with --motor.",
-        capitalized(&listed(&names, "and")),
-        bounded[0].effect
+        "{} {is} at the limit of {its}{values}, which is no estimate. {measured} write it into the motor file{template} under {} and diagnose again with --motor.",
+        capitalized(&names),
+        listed(&sections, "and")
     )
 }
 

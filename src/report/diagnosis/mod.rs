@@ -2,6 +2,7 @@
 //! runs, the location of the error, the next experiment.
 
 mod bad_recording;
+mod budget;
 mod ordered;
 mod overlaid_run;
 mod overlay;
@@ -21,12 +22,12 @@ use overlaid_run::{lay, names};
 use overlay::RunWithModels;
 
 pub use bad_recording::{bad_recording_page, recorded};
+pub use budget::{BUDGET_COLUMNS, budget_bars, budget_note, budget_rows};
 pub use overlay::recorded_speed;
 pub use words::{
-    BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
-    cause_words, class_of_cause, class_words, effects_words, few_words, fitted_words,
-    identifiable_rows, interval_words, is_optional, measured, named_parts, of_reference, sets_note,
-    torque_words,
+    DETAILED_FROM, MOTOR_FILE_COLUMN, cause_words, causes_note, class_of_cause, class_words,
+    discrete_words, effects_words, few_words, fitted_words, interval_words, is_optional, measured,
+    named_parts, no_recording, of_reference, sets_note, torque_words, value_column,
 };
 
 /// One run, recorded and simulated.
@@ -72,7 +73,7 @@ pub fn smoothing_words(overlays: &[RunOverlay]) -> Option<String> {
         _ => format!(" of {}", names.join(", ")),
     };
     Some(format!(
-        "Speed{of}: mean over 60 ms, since one count per sample is a large part of it."
+        "Speed{of} is averaged over 60 ms: one count more in a sample is a large step of speed."
     ))
 }
 
@@ -124,7 +125,7 @@ pub(super) fn lay_out(
         page.note(&diagnosis.note);
     }
     if let Some(reference) = &diagnosis.reference {
-        page.note(&of_reference(reference));
+        page.note(&of_reference(diagnosis, reference));
     }
     checks(page, &diagnosis.data);
     page.section("Error budget");
@@ -157,8 +158,8 @@ fn budget_in_numbers(page: &mut Page, diagnosis: &Diagnosis) {
     let rows = budget_rows(diagnosis);
     let columns = rows.first().map_or(0, Vec::len);
     page.table(&BUDGET_COLUMNS[..columns], &rows);
-    page.note(&measured(&diagnosis.gap));
-    page.note(&fitted_words(&diagnosis.gap));
+    page.note(&measured(diagnosis));
+    page.note(&fitted_words(diagnosis));
     let unexplained = &diagnosis.unexplained;
     page.note(&format!(
         "Unexplained: {} counts RMS above the noise floor, as a random load torque of {} of stall would leave.",
@@ -199,9 +200,11 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
         ],
         &rows,
     );
-    page.note(
-        "Inclusion probability: the sum over all sets that contain the effect. Class: effects that look alike in most recordings; where these recordings do not separate them, the probability that one of them is present. A click on a column's name sorts.",
+    let note = format!(
+        "Inclusion probability: the sum over all sets that contain the effect. A click on a column's name sorts. {}",
+        causes_note(diagnosis)
     );
+    page.note(note.trim_end());
     for id in words::explained(diagnosis) {
         if let Some(kind) = words::kind(id) {
             page.note(&format!("{id}: {}.", words::equation(diagnosis, kind)));
@@ -308,7 +311,7 @@ pub fn checks(page: &mut Page, findings: &[Finding]) {
 fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Next experiment");
     let Some(next) = &diagnosis.next_experiment else {
-        page.paragraph("No recording is proposed.");
+        page.paragraph(&no_recording(diagnosis));
         return;
     };
     let change = next.change.as_ref();
@@ -318,9 +321,9 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
         ""
     };
     page.paragraph(&format!(
-        "{optional}With this profile{} the predictions of {} are expected to differ by at least {} standard deviations of the noise:",
+        "{optional}This recording{} would separate {}, each pair by at least {} standard deviations of the noise:",
         change.map_or(String::new(), |change| format!(
-            ", with {},",
+            " with {}",
             change.words()
         )),
         few_words(&next.tells_apart),

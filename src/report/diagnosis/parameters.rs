@@ -19,7 +19,9 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
         }
         for (key, interval) in &cause.parameters {
             let (name, interval) = interval.determined(key);
-            let name = format!("{}: {name}", cause.effect);
+            let side = words::discrete_words(name, interval.value);
+            let side = side.map_or_else(String::new, |side| format!(" ({side})"));
+            let name = format!("{}: {name}{side}", cause.effect);
             rows.push(row(compared, name, &interval, interval.reference));
         }
     }
@@ -27,7 +29,7 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
         return;
     }
     page.subsection("Parameters of the effects");
-    page.table(&columns(compared), &rows);
+    page.table(&columns(compared, "value"), &rows);
     page.note(
         "An effect that is not identified has the parameters of the most probable set that contains it.",
     );
@@ -39,7 +41,7 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
     let file = diagnosis.identifiable.motor_file;
     let compared = (diagnosis.reference.as_ref().map(|_| IN_THE_REFERENCE))
         .or(file.map(|_| words::MOTOR_FILE_COLUMN));
-    let identifiable = words::identifiable_rows(diagnosis).into_iter();
+    let identifiable = diagnosis.identifiable_rows().into_iter();
     let mut rows: Vec<Vec<String>> = identifiable
         .map(|(name, interval, given)| row(compared, name.to_owned(), &interval, given))
         .collect();
@@ -64,13 +66,13 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
         let name = format!("{key} ({} of the {nominal_words})", percent(share.value));
         rows.push(row(compared, name, &value, Some(nominal)));
     }
-    page.table(&columns(compared), &rows);
+    page.table(&columns(compared, &words::value_column(diagnosis)), &rows);
     page.note(&words::torque_words(diagnosis));
 }
 
 /// Column names, with the column of the values to compare with, if there is one.
-fn columns(compared: Option<&'static str>) -> Vec<&'static str> {
-    let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
+fn columns<'a>(compared: Option<&'a str>, value: &'a str) -> Vec<&'a str> {
+    let mut names = vec!["parameter", value, "95\u{a0}% interval", "unit"];
     if let Some(name) = compared {
         names.insert(1, name);
     }

@@ -65,7 +65,7 @@ fn stages(diagnosis: &Diagnosis) -> Bars {
 fn regions(page: &mut Page, regions: &[Region], laid: &[OverlaidRun<'_>]) {
     page.subsection("Time intervals with the largest residual");
     if regions.is_empty() {
-        page.paragraph("No error above the noise floor remains.");
+        page.paragraph("No significant error above the noise floor remains.");
         return;
     }
     let most = regions.iter().fold(0.0, |most, r| f64::max(most, r.share));

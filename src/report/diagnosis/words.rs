@@ -1,14 +1,12 @@
 //! Texts that page and terminal share.
 
 use crate::diagnose::{
-    BudgetStep, Cause, Diagnosis, EffectClass, Gap, Interval, MotorFileValues, NominalSource,
-    ReferenceRuns, Settings, without_assumed_unit,
+    Cause, Diagnosis, EffectClass, Interval, NominalSource, ReferenceRuns, Settings, Verdict,
 };
-use crate::diagnose::{LEAST_PRINTED, Verdict, class_of};
+use crate::diagnose::{class_of, is_parameter_change, no_recording_reason, without_assumed_unit};
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
-use crate::report::number::{figure, percent, probability, probability_of};
-use crate::report::{Bar, Bars, Scale};
+use crate::report::number::{figure, probability_of};
 
 /// Most names listed in a line.
 const NAMED: usize = 5;
@@ -41,16 +39,26 @@ fn verdict_words(diagnosis: &Diagnosis) -> String {
         (None, NominalSource::Handout) => "the lab handout's motor",
         (None, NominalSource::Given) => "the motor file",
     };
-    format!(
-        "{}: {}. Nominal model: {nominal}.",
-        verdict.id(),
-        verdict.meaning()
-    )
+    let is_nearly_all = diagnosis.unexplained.share < Settings::default().unexplained_share;
+    let meaning = match verdict {
+        Verdict::Parameters if is_nearly_all => {
+            "no effect is identified, and re-identified parameters remove more than 90\u{a0}% of the squared error"
+        }
+        verdict => verdict.meaning(),
+    };
+    format!("{}: {meaning}. Nominal model: {nominal}.", verdict.id())
 }
 
 /// An effect with its description.
 pub fn cause_words(id: &str) -> String {
-    kind(id).map_or_else(|| id.to_owned(), |kind| format!("{id}: {}", kind.summary))
+    let tolerance = match is_parameter_change(id) {
+        true => " by more than its tolerance",
+        false => "",
+    };
+    kind(id).map_or_else(
+        || id.to_owned(),
+        |kind| format!("{id}: {}{tolerance}", kind.summary),
+    )
 }
 
 /// A set of effects.
@@ -85,13 +93,14 @@ pub(super) fn nominal_words(diagnosis: &Diagnosis) -> &'static str {
 }
 
 /// The reference runs and their model.
-pub fn of_reference(reference: &ReferenceRuns) -> String {
-    let effects = match reference.effects.as_slice() {
-        [] => "no effect beside the motor file's own".to_owned(),
-        effects => effects.join(" + "),
+pub fn of_reference(diagnosis: &Diagnosis, reference: &ReferenceRuns) -> String {
+    let effects = match (reference.effects.as_slice(), diagnosis.nominal_source) {
+        ([], NominalSource::Given) => "without a further effect than the motor file's".to_owned(),
+        ([], _) => "without an effect".to_owned(),
+        (effects, _) => format!("with {}", effects.join(" + ")),
     };
     format!(
-        "Reference: {}. Its model has {effects}; residual RMS {} counts.",
+        "Reference: {}. These runs are described {effects}; residual RMS {} counts.",
         reference.runs.join(", "),
         figure(reference.rms_counts, 3)
     )
@@ -101,6 +110,13 @@ pub fn of_reference(reference: &ReferenceRuns) -> String {
 pub fn is_optional(diagnosis: &Diagnosis) -> bool {
     diagnosis.verdict == Verdict::Parameters
         && diagnosis.probability >= Settings::default().identified
+}
+
+/// Why no recording is proposed.
+pub fn no_recording(diagnosis: &Diagnosis) -> String {
+    let reason = no_recording_reason(diagnosis, &Settings::default())
+        .unwrap_or("no profile separates the remaining sets of effects");
+    format!("No recording is proposed: {reason}.")
 }
 
 /// The first few names, and the number of the others.
@@ -124,21 +140,26 @@ pub fn class_words(class: &EffectClass) -> String {
     )
 }
 
-/// The prediction error of all figures, and how data were held out.
-pub fn measured(gap: &Gap) -> String {
+/// The prediction error of all figures, how data were held out, and the noise floor.
+pub fn measured(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
     let parts = gap.floor_parts;
     let part = |name: &str, counts: Option<f64>| {
         counts.map(|counts| format!("{name} {}", figure(counts, 3)))
     };
+    let repeats = match &diagnosis.reference {
+        Some(then) if parts.repeats == Some(then.rms_counts) => "residual of the reference",
+        _ => "repeatability",
+    };
     let parts = [
         part("quantization", Some(parts.rounding)),
         part("random load and random effects", parts.random),
-        part("repeatability", parts.repeats),
+        part(repeats, parts.repeats),
         part("good enough", parts.good_enough),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     format!(
-        "Prediction error of the position over segments of {} s (median), {}. Held out: {}. Noise floor {} counts ({}).",
+        "Prediction error of the position over segments of {} s (median), {}. Errors are measured {} {}. Noise floor {} counts ({}{}).",
         figure(gap.horizon_s, 3),
         match gap.travel {
             0.0 => "of which more than half are at standstill".to_owned(),
@@ -147,20 +168,31 @@ pub fn measured(gap: &Gap) -> String {
                 figure(travel, 4)
             ),
         },
+        match gap.held_out.starts_with("cross") {
+            true => "by",
+            false => "on",
+        },
         gap.held_out,
         figure(gap.floor, 3),
+        match parts.len() {
+            1 => "",
+            _ => "the largest of: ",
+        },
         parts.join(", ")
     )
 }
 
 /// The same models on the training data.
-pub fn fitted_words(gap: &Gap) -> String {
-    let fitted = gap.fitted;
+pub fn fitted_words(diagnosis: &Diagnosis) -> String {
+    let fitted = diagnosis.gap.fitted;
+    let effects = match diagnosis.effects.is_empty() {
+        true => String::new(),
+        false => format!(", {} with effects", figure(fitted.after_effect, 3)),
+    };
     format!(
-        "On the fitted data: {} counts nominal, {} with re-identified parameters, {} with effects.",
+        "On the fitted data: {} counts nominal, {} with re-identified parameters{effects}.",
         figure(fitted.before, 3),
-        figure(fitted.after_parameters, 3),
-        figure(fitted.after_effect, 3)
+        figure(fitted.after_parameters, 3)
     )
 }
 
@@ -168,10 +200,10 @@ pub fn fitted_words(gap: &Gap) -> String {
 pub fn sets_note(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.scoring.score {
         "likelihood" => {
-            "Sorted by log score, not by RMS: the likelihood weights each residual by its expected variance (quantization and random load torque), so the RMS of a larger set may exceed that of a smaller one."
+            "Sorted by log score, higher is better. Each residual is weighted by its expected variance, so a set with more effects can have a larger RMS."
         }
         _ => {
-            "Sorted by log score: the logarithm of the RMS of independent observations, less a penalty for every parameter."
+            "Sorted by log score, higher is better: -N ln(RMS) of the effective number N of observations, less a penalty per parameter."
         }
     }
 }
@@ -181,111 +213,31 @@ pub fn sets_note(diagnosis: &Diagnosis) -> &'static str {
 pub fn class_of_cause(cause: &Cause) -> Option<String> {
     let class = class_of(cause.effect)?;
     Some(match cause.class_probability {
-        Some(p) => format!("one of class {class}: {}", probability(p)),
+        Some(p) => {
+            let identified = Settings::default().identified;
+            let limit = match cause.at_bound && p >= identified && cause.inclusion < identified {
+                true => ", at the limit of its range",
+                false => "",
+            };
+            format!("class {class}: {} together{limit}", probability_of("", p))
+        }
         None => format!("class {class}"),
     })
 }
 
-/// A step of the error budget.
-pub fn step_words(step: &BudgetStep) -> &'static str {
-    match step.step {
-        "parameters" => "re-identified parameters",
-        step => step,
+/// Meaning of a class, and the tolerance of parameter changes, if there are such causes.
+pub fn causes_note(diagnosis: &Diagnosis) -> String {
+    let causes = || diagnosis.causes.iter();
+    let mut notes = Vec::new();
+    if causes().any(|cause| class_of(cause.effect).is_some()) {
+        notes.push(
+            "Class: effects that look alike in most recordings; P together: that one of them is present.",
+        );
     }
-}
-
-/// A 95 % interval of a share.
-pub fn share_interval(lo95: f64, hi95: f64) -> String {
-    let [lo95, hi95] = [lo95, hi95].map(share);
-    format!("{} to {hi95}", lo95.trim_end_matches("\u{a0}%"))
-}
-
-/// A share in percent; smaller ones than a tenth of a percent have no figure.
-fn share(share: f64) -> String {
-    match share.abs() {
-        size if size < 1e-5 => percent(0.0),
-        size if size < LEAST_PRINTED && share > 0.0 => "< 0.1\u{a0}%".to_owned(),
-        _ => percent(share),
+    if causes().any(|cause| is_parameter_change(cause.effect)) {
+        notes.push("Tolerance: that of the motor file, 5\u{a0}% where it states none; smaller changes are re-identified parameters.");
     }
-}
-
-/// Column names of [`budget_rows`]; the last one only if a step has alternatives.
-pub const BUDGET_COLUMNS: [&str; 5] = [
-    "step",
-    "RMS error after it (counts)",
-    "share",
-    "95\u{a0}% interval",
-    "alternatives (inclusion probability)",
-];
-
-/// A figure of a share, which is not defined where the nominal model is within the noise floor.
-fn shares(diagnosis: &Diagnosis, of: impl Fn() -> String) -> String {
-    match diagnosis.verdict {
-        Verdict::NoGap => "\u{2013}".to_owned(),
-        _ => of(),
-    }
-}
-
-/// The error budget, a row per step.
-pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
-    let has_alternatives = (diagnosis.budget.iter()).any(|step| !step.alternatives.is_empty());
-    let row = |step: &BudgetStep| {
-        let alternatives = step.alternatives.iter();
-        let alternatives: Vec<String> = alternatives
-            .map(|one| format!("{} ({})", one.effect, probability(one.probability)))
-            .collect();
-        let mut row = vec![
-            step_words(step).to_owned(),
-            figure(step.rms_counts, 3),
-            shares(diagnosis, || share(step.share)),
-            shares(diagnosis, || share_interval(step.lo95, step.hi95)),
-        ];
-        if has_alternatives {
-            row.push(match alternatives.is_empty() {
-                true => "\u{2013}".to_owned(),
-                false => alternatives.join(", "),
-            });
-        }
-        row
-    };
-    diagnosis.budget.iter().map(row).collect()
-}
-
-/// Reference of the shares in the budget.
-pub fn budget_note(diagnosis: &Diagnosis) -> &'static str {
-    match diagnosis.verdict {
-        Verdict::NoGap => {
-            "No shares: the error of the nominal model is not significantly above the noise floor."
-        }
-        _ => BUDGET_NOTE,
-    }
-}
-
-const BUDGET_NOTE: &str = "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.";
-
-/// The error budget as a bar chart.
-pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
-    let has_shares = diagnosis.verdict != Verdict::NoGap;
-    let bar = |step: &BudgetStep| Bar {
-        name: step_words(step).to_owned(),
-        value: if has_shares { step.share } else { 0.0 },
-        text: shares(diagnosis, || {
-            let interval = share_interval(step.lo95, step.hi95);
-            format!("{} (95\u{a0}% {interval})", share(step.share))
-        }),
-        interval: has_shares.then_some((step.lo95, step.hi95)),
-        colour: match step.step {
-            "nominal" => 6,
-            "parameters" => 4,
-            "unexplained" => 2,
-            _ => 1,
-        },
-    };
-    Bars {
-        title: "Error budget".to_owned(),
-        scale: Scale(1.0),
-        bars: diagnosis.budget.iter().map(bar).collect(),
-    }
+    notes.join(" ")
 }
 
 /// The models in the figures, from the nominal one on.
@@ -313,41 +265,26 @@ pub fn interval_words(interval: &Interval) -> String {
     }
 }
 
+/// The value of a parameter that has no interval, in words; `None` for one with an interval.
+pub fn discrete_words(key: &str, value: f64) -> Option<&'static str> {
+    match (key, value > 0.5) {
+        ("encoder_side", true) => Some("on the load's side"),
+        ("encoder_side", false) => Some("on the motor's side"),
+        _ => None,
+    }
+}
+
+/// Name of the column of identifiable parameters: the model that has them.
+pub fn value_column(diagnosis: &Diagnosis) -> String {
+    match diagnosis.verdict {
+        Verdict::NoGap | Verdict::NoChange => "nominal value".to_owned(),
+        _ if diagnosis.effects.is_empty() => "re-identified value".to_owned(),
+        _ => format!("value with {}", diagnosis.effects.join(" + ")),
+    }
+}
+
 /// Name of the column of the motor file's values.
 pub const MOTOR_FILE_COLUMN: &str = "motor file";
-
-/// Parameters that voltage and counts determine: name, value, and the motor file's value if one was given.
-pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval, Option<f64>)> {
-    let found = &diagnosis.identifiable;
-    let file = found.motor_file;
-    let given = |of: fn(&MotorFileValues) -> f64| file.as_ref().map(of);
-    let (gain, friction) = match diagnosis.command_kind {
-        CommandKind::Voltage => ("steady speed per volt", "Coulomb friction as a voltage"),
-        CommandKind::Current => ("steady speed per ampere", "Coulomb friction as a current"),
-        CommandKind::Torque => ("steady speed per newton metre", "Coulomb friction"),
-    };
-    let mut rows = vec![
-        (
-            gain,
-            found.speed_per_volt,
-            given(|file| file.speed_per_volt),
-        ),
-        (
-            "mechanical time constant",
-            found.time_constant_s,
-            given(|file| file.time_constant_s),
-        ),
-        (friction, found.friction_v, given(|file| file.friction_v)),
-    ];
-    // Not identified if it was held at its assumed value.
-    let electrical = found.electrical_time_constant_s;
-    let electrical = electrical.filter(|one| diagnosis.has_torque() || one.lo95 < one.hi95);
-    if let Some(electrical) = electrical {
-        let given = file.and_then(|file| file.electrical_time_constant_s);
-        rows.push(("electrical time constant L/R", electrical, given));
-    }
-    rows
-}
 
 /// Name and unit of the residual: a torque, or the command where no torque is known.
 pub(super) fn residual_words(diagnosis: &Diagnosis) -> (&'static str, &'static str) {
@@ -393,6 +330,6 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
             figure(known.command_per_nm, 4),
             diagnosis.identifiable.friction_v.unit
         ),
-        None => "Resistance and torque constant are not identifiable from these recordings: values in N m and kg m^2 are computed with the nominal motor's, and change in proportion to them.".to_owned(),
+        None => "Resistance and torque constant are not identifiable from these recordings: values in N m and kg m^2 are computed with the nominal motor's R and Kt, and are proportional to Kt/R.".to_owned(),
     }
 }

@@ -1,0 +1,110 @@
+//! The error budget as table and bars, for page and terminal.
+
+use crate::diagnose::{BudgetStep, Diagnosis, LEAST_PRINTED, Verdict, is_nominal_fitted};
+use crate::report::number::{figure, percent, probability};
+use crate::report::{Bar, Bars, Scale};
+
+/// A step of the error budget.
+pub fn step_words(step: &BudgetStep) -> &'static str {
+    match step.step {
+        "parameters" => "re-identified parameters",
+        step => step,
+    }
+}
+
+/// A 95 % interval of a share.
+pub fn share_interval(lo95: f64, hi95: f64) -> String {
+    let [lo95, hi95] = [lo95, hi95].map(share);
+    format!("{} to {hi95}", lo95.trim_end_matches("\u{a0}%"))
+}
+
+/// A share in percent; smaller ones than a tenth of a percent have no figure.
+fn share(share: f64) -> String {
+    match share.abs() {
+        size if size < 1e-5 => percent(0.0),
+        size if size < LEAST_PRINTED && share > 0.0 => "< 0.1\u{a0}%".to_owned(),
+        _ => percent(share),
+    }
+}
+
+/// Column names of [`budget_rows`]; the last one only if a step has alternatives.
+pub const BUDGET_COLUMNS: [&str; 5] = [
+    "step",
+    "RMS error after it (counts)",
+    "share",
+    "95\u{a0}% interval",
+    "alternatives (inclusion probability)",
+];
+
+/// A figure of a share, which is not defined where the nominal model is within the noise floor.
+fn shares(diagnosis: &Diagnosis, of: impl Fn() -> String) -> String {
+    match diagnosis.verdict {
+        Verdict::NoGap => "\u{2013}".to_owned(),
+        _ => of(),
+    }
+}
+
+/// The error budget, a row per step.
+pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
+    let has_alternatives = (diagnosis.budget.iter()).any(|step| !step.alternatives.is_empty());
+    let row = |step: &BudgetStep| {
+        let alternatives = step.alternatives.iter();
+        let alternatives: Vec<String> = alternatives
+            .map(|one| format!("{} ({})", one.effect, probability(one.probability)))
+            .collect();
+        let mut row = vec![
+            step_words(step).to_owned(),
+            figure(step.rms_counts, 3),
+            shares(diagnosis, || share(step.share)),
+            shares(diagnosis, || share_interval(step.lo95, step.hi95)),
+        ];
+        if has_alternatives {
+            row.push(match alternatives.is_empty() {
+                true => "\u{2013}".to_owned(),
+                false => alternatives.join(", "),
+            });
+        }
+        row
+    };
+    diagnosis.budget.iter().map(row).collect()
+}
+
+/// Reference of the shares in the budget.
+pub fn budget_note(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.verdict {
+        Verdict::NoGap => {
+            "No shares: the error of the nominal model is not significantly above the noise floor."
+        }
+        _ if is_nominal_fitted(diagnosis) => {
+            "Share: part of the nominal model's squared error above the noise floor that a step removes; unexplained: the part that remains. The nominal row is the error on the fitted data, the other rows are held out: shares may be negative or above 100\u{a0}%."
+        }
+        _ => {
+            "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains."
+        }
+    }
+}
+
+/// The error budget as a bar chart.
+pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
+    let has_shares = diagnosis.verdict != Verdict::NoGap;
+    let bar = |step: &BudgetStep| Bar {
+        name: step_words(step).to_owned(),
+        value: if has_shares { step.share } else { 0.0 },
+        text: shares(diagnosis, || {
+            let interval = share_interval(step.lo95, step.hi95);
+            format!("{} (95\u{a0}% {interval})", share(step.share))
+        }),
+        interval: has_shares.then_some((step.lo95, step.hi95)),
+        colour: match step.step {
+            "nominal" => 6,
+            "parameters" => 4,
+            "unexplained" => 2,
+            _ => 1,
+        },
+    };
+    Bars {
+        title: "Error budget".to_owned(),
+        scale: Scale(1.0),
+        bars: diagnosis.budget.iter().map(bar).collect(),
+    }
+}
