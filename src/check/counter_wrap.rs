@@ -22,6 +22,8 @@ const SMOOTHER: f64 = 0.1;
 /// Jumps of an unusual range agree within this share, and are at least this many.
 const AGREE: f64 = 0.02;
 const LEAST_LEAPS: usize = 3;
+/// Range of the counters that the recorder flags after a gap: 16 bits.
+const RANGE_OF_FLAG: f64 = 65_536.0;
 /// A step beyond half the range is shorter in the other direction.
 const HALF: f64 = 0.5;
 
@@ -37,6 +39,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let round = round(run);
     let mut found: Vec<Finding> = round.iter().map(|round| wraps(subject, round)).collect();
     let range = stated_range(run).or(round.map(|round| round.range));
+    let range = range.or_else(|| is_flagged_over_gap(run).then_some(RANGE_OF_FLAG));
     found.extend(range.and_then(|range| over_gaps(subject, range)));
     found
 }
@@ -159,6 +162,12 @@ fn stated_range(run: &Run) -> Option<f64> {
         .and_then(|imported| imported.get("wrap_counts"))
         .or_else(|| run.header.get("wrap_counts"));
     range.and_then(number).filter(|range| *range > 0.0)
+}
+
+/// Whether the recorder flagged the counts after a pause.
+fn is_flagged_over_gap(run: &Run) -> bool {
+    let is_flagged = |k: usize| (run.flags.as_ref()).is_some_and(|flags| flags[k].counts_leap);
+    (pauses(run).iter()).any(|pause| is_flagged(pause.before + 1))
 }
 
 /// Pauses in which the shaft can turn by more than half the range.

@@ -39,8 +39,11 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     if !run.is_integrated() || step_s <= 0.0 {
         return Vec::new();
     }
-    let seen = zero(subject, step_s).or_else(|| zero_by_import(subject));
-    let mut found: Vec<Finding> = seen.into_iter().collect();
+    let (seen, by_import) = (zero(run, step_s), zero_by_import(run));
+    let figures = by_import.or(seen.map(|(_, figures)| figures));
+    let rows = seen.map_or_else(|| subject.whole(), |(rows, _)| rows);
+    let zero = figures.map(|figures| zero_finding(subject, rows, figures));
+    let mut found: Vec<Finding> = zero.into_iter().collect();
     if subject.has("command") {
         found.extend(kept(subject, step_s).or_else(|| kept_by_import(subject)));
     }
@@ -56,23 +59,21 @@ fn increments(run: &Run, step_s: f64) -> Vec<f64> {
     (0..run.len().saturating_sub(1)).map(step).collect()
 }
 
-/// Rows at 0 of a turning shaft as the import counted them: it has the speeds before they are rounded to counts.
-fn zero_by_import(subject: &Subject<'_>) -> Option<Finding> {
-    let seen = subject.run.header.get("imported")?.get(SPEED_ZERO)?;
+/// Share of rows at 0, rows of a turning shaft, and RPM in its other rows.
+type Figures = (f64, f64, f64);
+
+/// As the import counted them: it has the speeds before they are summed up and rounded to counts.
+fn zero_by_import(run: &Run) -> Option<Figures> {
+    let seen = run.header.get("imported")?.get(SPEED_ZERO)?;
     let figure = |key: &str| seen.get(key)?.as_float();
-    let (share, turning) = (figure("share")?, figure("turning_rows")?);
-    let edge_rpm = 60.0 * figure("speed_at_edges_counts_s")? / subject.run.counts_per_rev;
-    Some(zero_finding(
-        subject,
-        subject.whole(),
-        (share, turning, edge_rpm),
-    ))
+    let edge_rpm = 60.0 * figure("speed_at_edges_counts_s")? / run.counts_per_rev;
+    Some((figure("share")?, figure("turning_rows")?, edge_rpm))
 }
 
 fn zero_finding(
     subject: &Subject<'_>,
     rows: (usize, usize),
-    (share, turning, edge_rpm): (f64, f64, f64),
+    (share, turning, edge_rpm): Figures,
 ) -> Finding {
     subject.finding(
         Kind::SpeedZeroBetweenEdges,
@@ -93,8 +94,8 @@ fn zero_finding(
     )
 }
 
-fn zero(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
-    let run = subject.run;
+/// The first and last row at 0, and the figures.
+fn zero(run: &Run, step_s: f64) -> Option<((usize, usize), Figures)> {
     let steps = increments(run, step_s);
     let (mut turning, mut at_zero, mut together) = (0_usize, 0_usize, 0_usize);
     let (mut first, mut last) = (usize::MAX, 0);
@@ -129,11 +130,7 @@ fn zero(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
     }
     let edge_rpm =
         60.0 * speed_sum / (turning - at_zero).max(1) as f64 / step_s / run.counts_per_rev;
-    Some(zero_finding(
-        subject,
-        (first, last),
-        (share, turning as f64, edge_rpm),
-    ))
+    Some(((first, last), (share, turning as f64, edge_rpm)))
 }
 
 fn kept(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {

@@ -34,7 +34,7 @@ pub struct Import {
     #[arg(long, value_name = "MAP.toml")]
     map: Option<PathBuf>,
     #[command(flatten)]
-    given: Flags,
+    flags: Flags,
     /// Write the mapping file that does the same for the next log of this kind.
     #[arg(long, value_name = "FILE")]
     save_map: Option<PathBuf>,
@@ -100,7 +100,7 @@ impl Import {
         let map = match mapped {
             Some(map) => source.fitted(map),
             None => {
-                let found = source.understand(&name, &self.given.given(), &self.line());
+                let found = source.understand(&name, &self.flags.given(), &self.line());
                 let found = found.map_err(|error| unread(error.into()))?;
                 let Reading {
                     understood,
@@ -165,12 +165,12 @@ impl Import {
     fn mapping_file(&self, path: &Path) -> Result<Ready, Failure> {
         let text = Map::text(path).map_err(Failure::input)?;
         let in_file = |error| Failure::input(Map::in_file(path, error));
-        if self.given.is_given() || self.save_map.is_some() {
+        if self.flags.is_given() || self.save_map.is_some() {
             let failed = |unclear| match unclear {
                 crate::import::Unclear::Map(error) => in_file(error),
                 unclear => Failure::input(unclear),
             };
-            return map_over(&text, &self.given.given()).map_err(failed);
+            return map_over(&text, &self.flags.given()).map_err(failed);
         }
         let map = Map::from_toml(&text).map_err(in_file)?;
         Ok(Ready { map, toml: text })

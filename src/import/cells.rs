@@ -206,7 +206,9 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
             Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => {
                 rest.parse::<f64>().map(|number| -number)
             }
-            _ => text.parse::<f64>(),
+            _ => text
+                .parse::<f64>()
+                .or_else(|error| of_fortran(text).ok_or(error)),
         },
         Err(_) => "".parse::<f64>(),
     };
@@ -220,6 +222,13 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
             found: shortened(&decode(cell)),
         }),
     }
+}
+
+/// Fortran's double precision: `1.0D+03`.
+fn of_fortran(text: &str) -> Option<f64> {
+    let (digits, exponent) = text.split_once(['D', 'd'])?;
+    let is_number = digits.contains('.') && exponent.starts_with(['+', '-']);
+    is_number.then(|| format!("{digits}e{exponent}").parse().ok())?
 }
 
 /// The exact integer in a cell; a float is inexact beyond 2^53.
@@ -371,6 +380,7 @@ mod tests {
         assert_eq!(number(b"-1.5e3", false, "x"), Ok(-1500.0));
         assert_eq!(number(b"-1,5", true, "x"), Ok(-1.5));
         assert_eq!(number(b"-1'234'567.5", false, "x"), Ok(-1_234_567.5));
+        assert_eq!(number(b"-1.5D+03", false, "x"), Ok(-1500.0));
         assert_eq!(
             number("12\u{202f}345,5".as_bytes(), true, "x"),
             Ok(12_345.5)
@@ -386,6 +396,8 @@ mod tests {
             "1 2",
             "1'23",
             "'123",
+            "1D3",
+            "1.0D3",
             "\u{fffd}",
         ] {
             let error = number(bad.as_bytes(), false, "speed").expect_err(bad);

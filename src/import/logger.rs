@@ -1,5 +1,6 @@
 //! Headers that loggers print before a message: `2026-04-13 12:34:56,789 INFO motor: pwm=80` of Python, `2026-04-13 12:34:56.789 | INFO
-//! | main:go:12 - pwm=80` of loguru, `[INFO] [1690000000.123456789] [motor]: pwm: 80` of ROS.
+//! | main:go:12 - pwm=80` of loguru, `[INFO] [1690000000.123456789] [motor]: pwm: 80` of ROS, `Apr 13 12:34:56 host motor[812]: pwm=80` of syslog
+//! and systemd's journal.
 
 use super::labels::pairs;
 
@@ -16,8 +17,23 @@ const LEVELS: [&[u8]; 8] = [
 /// The level is among the first words after the time.
 const LEVEL_WORDS: usize = 4;
 
-/// The message after a time stamp, if a level is between them: its numbers with labels, or separated.
+/// The message after a time stamp, if a level or the name of a process is between them: its numbers with labels, or separated.
 pub(super) fn message(rest: &[u8]) -> Option<&[u8]> {
+    of_syslog(rest).or_else(|| after_level(rest))
+}
+
+/// Of syslog and systemd's journal: ` host motor[812]: pwm=80`.
+fn of_syslog(rest: &[u8]) -> Option<&[u8]> {
+    let mut words = rest.strip_prefix(b" ")?.splitn(3, |byte| *byte == b' ');
+    let (_, process, message) = (words.next()?, words.next()?, words.next()?);
+    let mut name = process
+        .strip_suffix(b"]:")?
+        .rsplitn(2, |byte| *byte == b'[');
+    let is_number = name.next()?.iter().all(u8::is_ascii_digit);
+    (is_number && name.next().is_some()).then_some(message)
+}
+
+fn after_level(rest: &[u8]) -> Option<&[u8]> {
     let is_between = |byte: &u8| matches!(byte, b' ' | b'|' | b'-' | b'[' | b']' | b':');
     let mut at = 0;
     let mut words = rest.split(is_between).map(|word| {
@@ -91,6 +107,9 @@ mod tests {
             (" - motor - INFO - pwm: 80, n: 3", Some("pwm: 80, n: 3")),
             (" | DEBUG    | __main__:go:12 - pwm=80", Some("pwm=80")),
             (" [WARNING] root: 10,80,3", Some("10,80,3")),
+            (" rpi motor[812]: pwm=80", Some("pwm=80")),
+            (" rpi motor[812]: 10,80,3", Some("10,80,3")),
+            (" rpi motor: pwm=80", None),
             (" INFO 10 80 3", None),
             (" motor: pwm=80", None),
             (" INFO motor: ready", None),

@@ -36,7 +36,12 @@ impl<'a> Source<'a> {
     /// # Errors
     /// It cannot be read, or its format is not supported.
     pub fn new(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Self, SourceError> {
-        let beginning = beginning(&mut bytes, RECOGNITION_BYTES as u64)?;
+        let mut beginning = beginning(&mut bytes, RECOGNITION_BYTES as u64)?;
+        if ends_lines_by_cr(&beginning) {
+            let all = Cursor::new(beginning).chain(bytes);
+            bytes = Box::new(Newlines(all));
+            beginning = self::beginning(&mut bytes, RECOGNITION_BYTES as u64)?;
+        }
         let form = Form::of(&beginning).or_else(|| Form::of_name(name));
         let mut all = Cursor::new(beginning).chain(bytes);
         let Some(form) = form else {
@@ -93,6 +98,27 @@ impl<'a> Source<'a> {
             Self::Text(text) => Box::new(text),
             Self::Table(table) => Box::new(table.text()),
         }
+    }
+}
+
+/// Whether a text ends its lines with a carriage return alone, as old programs for the Mac and terminals do.
+fn ends_lines_by_cr(beginning: &[u8]) -> bool {
+    let is_text = |byte: &u8| !byte.is_ascii_control() || matches!(byte, b'\r' | b'\t');
+    beginning.contains(&b'\r') && beginning.iter().all(is_text)
+}
+
+/// Line feeds in the place of carriage returns.
+struct Newlines<R>(R);
+
+impl<R: Read> Read for Newlines<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.0.read(buffer)?;
+        for byte in &mut buffer[..count] {
+            if *byte == b'\r' {
+                *byte = b'\n';
+            }
+        }
+        Ok(count)
     }
 }
 

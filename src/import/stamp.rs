@@ -1,5 +1,5 @@
 //! Time stamps in common notations: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`, `4/13/2026 7:03:12
-//! PM`, `13-Apr-2026 19:03:12` of MATLAB, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's `T#1s250ms`,
+//! PM`, `13-Apr-2026 19:03:12` of MATLAB, `Apr 13 19:03:12` of syslog, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's `T#1s250ms`,
 //! and a time with its unit, `12.5 ms`.
 //!
 //! Terminals print them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
@@ -30,8 +30,8 @@ pub(super) fn stamp(cell: &[u8]) -> Option<Stamp> {
     let cell = cell.trim_ascii();
     // Stamps begin with a digit, or a letter of a time literal.
     let first = *cell.first()?;
-    let is_ctime = || ctime(cell).is_some();
-    if !first.is_ascii_digit() && !matches!(first, b'T' | b't' | b'L' | b'-') && !is_ctime() {
+    let is_word = || first.is_ascii_alphabetic() && begins(cell).is_some();
+    if !first.is_ascii_digit() && !matches!(first, b'T' | b't' | b'L' | b'-') && !is_word() {
         return None;
     }
     match begins(cell) {
@@ -153,6 +153,15 @@ fn ctime(text: &[u8]) -> Option<(Stamp, &[u8])> {
     (weekday.iter().all(u8::is_ascii_alphabetic) && of_day.is_of_day).then_some((stamp, rest))
 }
 
+/// `Apr 13 19:03:12.345` of syslog, and the rest.
+fn syslog(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let (_, rest) = month(text)?;
+    let (_, rest) = number(rest.strip_prefix(b" ")?.trim_ascii_start(), 1, 2)?;
+    let time = rest.strip_prefix(b" ")?;
+    time.first().filter(|byte| byte.is_ascii_digit())?;
+    begins(time).filter(|(stamp, _)| stamp.is_of_day)
+}
+
 /// The number of a month of three letters, and the rest.
 fn month(text: &[u8]) -> Option<(i64, &[u8])> {
     const MONTHS: &[u8; 36] = b"JanFebMarAprMayJunJulAugSepOctNovDec";
@@ -164,7 +173,7 @@ fn month(text: &[u8]) -> Option<(i64, &[u8])> {
 /// The leading time stamp, and the rest.
 fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
     if text.first().is_some_and(u8::is_ascii_alphabetic) {
-        return ctime(text);
+        return ctime(text).or_else(|| syslog(text));
     }
     let (days, text, is_of_day) = match date(text) {
         Some((days, rest)) => {
@@ -324,6 +333,7 @@ mod tests {
             ("12:34:56;789", 45_296.789, true),
             ("0:57.120", 57.12, false),
             ("Mon Apr 13 19:03:12.5 2026", 1_776_106_992.5, false),
+            ("Apr  3 19:03:12.5", 68_592.5, true),
             ("75:03,5", 4503.5, false),
             ("0:57", 57.0, false),
             ("12:34", 754.0, false),
@@ -380,6 +390,10 @@ mod tests {
             (
                 "2026-04-13 19:03:12.345\t255,12,3",
                 Some(("2026-04-13 19:03:12.345", "255,12,3")),
+            ),
+            (
+                "Apr 13 19:03:12 rpi motor[812]: n=5",
+                Some(("Apr 13 19:03:12", "n=5")),
             ),
             ("12:34:56.789\t255,12", None),
             ("12:34:56.789\t255\t12", None),

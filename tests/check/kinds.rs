@@ -77,6 +77,17 @@ fn the_command_prints_its_findings_and_a_fatal_one_sets_the_exit_status() {
         "{}",
         text.output
     );
+    written(&turning(&step(11)), directory.path(), "shorter.csv");
+    let told = |flags: &[&str]| {
+        let words = [&["check", "short.csv", "shorter.csv"], flags].concat();
+        let output = command::run(directory.path(), &words).output;
+        (
+            output.matches("(too_short)").count(),
+            output.contains("samples = 11"),
+        )
+    };
+    assert_eq!(told(&[]), (1, false));
+    assert_eq!(told(&["--verbose"]), (2, true));
     let sound = command::run(directory.path(), &["check", "sound.csv"]);
     assert_eq!(sound.status, Some(0));
     assert!(
@@ -246,6 +257,15 @@ fn a_position_in_a_wrong_unit_is_found_by_the_motor_file() {
             "{factor}: {found:?}"
         );
     }
+    // The command of a controller changes in every sample, and depends on the position.
+    let mut controlled = recorded(TAU);
+    (controlled.command.iter_mut().step_by(2)).for_each(|command| *command += 1e-3);
+    let found = check(&[controlled], Some(&motor));
+    let unit = found.iter().find(|f| f.id == Kind::PositionUnit);
+    assert!(
+        unit.is_some_and(|f| f.severity == Severity::Warning),
+        "{found:?}"
+    );
     for factor in [4.0, 0.25, 2.0, 0.5] {
         let found = check(&[recorded(factor)], Some(&motor));
         assert!(

@@ -4,7 +4,7 @@
 use motorlab::board::Profile;
 use motorlab::check::{Finding, Kind, Severity, check};
 use motorlab::motor::{Drive, Motor, SimulationOptions, simulate};
-use motorlab::recording::Run;
+use motorlab::recording::{Flags, Run};
 
 /// A built-in profile through motor and encoder; `uneven` is the jitter of sample times as a share.
 fn simulated(motor: &Motor, profile: &str, step_s: f64, samples: usize, uneven: f64) -> Run {
@@ -151,6 +151,24 @@ fn a_pause_is_found_and_is_fatal_where_the_counter_may_wrap_in_it() {
             assert_eq!(finding.severity, Severity::Fatal);
             assert_eq!(finding.evidence["first_after_sample"], 300.0);
         }
+    }
+}
+
+#[test]
+fn a_flag_of_the_recorder_after_a_pause_is_fatal() {
+    for (flagged, fatal) in [(None, false), (Some(300), true), (Some(400), false)] {
+        let mut run = handout("step", 0.003, 900);
+        run.counts.iter_mut().for_each(|count| *count *= 60);
+        for k in 300..run.len() {
+            run.t_s[k] += 3.0;
+        }
+        let flags = (0..run.len()).map(|k| Flags {
+            counts_leap: Some(k) == flagged,
+            ..Flags::default()
+        });
+        run.flags = Some(flags.collect());
+        let found = of_kind(&run, Kind::WrapOverGap);
+        assert_eq!(found.len(), usize::from(fatal), "{flagged:?}");
     }
 }
 

@@ -211,7 +211,88 @@ fn an_electrical_speed_is_not_read_as_the_shafts() {
 }
 
 #[test]
+fn journals_carriage_returns_and_fortrans_numbers() {
+    let truth = Truth::steps(0.01, 300);
+    let command = ["--command", "voltage:V"];
+    for iso in [false, true] {
+        let journal = text(&truth, |_, ms, volts, counts| {
+            let (s, us) = (ms / 1000, ms % 1000 * 1000);
+            let stamp = match iso {
+                true => format!("2026-04-13T06:12:{s:02}.{us:06}+0000"),
+                false => format!("Apr 13 06:12:{s:02}.{us:06}"),
+            };
+            format!("{stamp} rpi motor[812]: counts={counts} voltage={volts:.9}\n")
+        });
+        holds(&truth, &journal, &command);
+    }
+    let journal = text(&truth, |_, ms, volts, counts| {
+        let s = ms / 1000;
+        format!(
+            "Apr 13 06:12:{s:02} rpi motor[812]: t_ms={ms} counts={counts} voltage={volts:.9}\n"
+        )
+    });
+    holds(&truth, &journal, &command);
+    let returns = text(&truth, |_, ms, volts, counts| {
+        format!("{ms},{counts},{volts:.9}\r")
+    });
+    holds(&truth, &format!("t_ms,counts,voltage\r{returns}"), &command);
+    let fortran = text(&truth, |_, ms, volts, counts| {
+        let row = format!("{:.9E} {counts:.3E} {volts:.9E}\n", 1e-3 * ms as f64);
+        row.replace("E-", "D-").replace('E', "D+0")
+    });
+    holds(&truth, &format!("t_s counts voltage\n{fortran}"), &command);
+}
+
+#[test]
 fn unread_formats_are_named_with_their_conversion() {
+    let lines = |line: fn(u64) -> String| (0..50).map(line).collect::<Vec<_>>().join("\n");
+    let unread = [
+        (
+            lines(|k| {
+                format!(
+                    "Stats {k}.0: gcodein=0  mcu: mcu_awake=0.002 bytes_write={k} freq=180003031"
+                )
+            }),
+            "Klipper",
+            "l.startswith('Stats ')",
+        ),
+        (
+            lines(|k| format!("X:{k}.00 Y:0.00 Z:0.00 E:0.00 Count X:{} Y:0 Z:0", 80 * k)),
+            "Marlin",
+            "sed -nE",
+        ),
+        (
+            lines(|k| format!("Recv:  T:{k}.00 /200.00 B:21.00 /60.00 @:127 B@:0")),
+            "Marlin",
+            "no position",
+        ),
+        (
+            lines(|k| format!("motor/{} {k}", ["pos", "pwm"][k as usize % 2])),
+            "MQTT",
+            "mosquitto_sub",
+        ),
+        (
+            lines(|k| format!("17{k:08}.5 motor/{} {k}", ["pos", "pwm"][k as usize % 2])),
+            "MQTT",
+            "(echo time,topic,value; sed 's/ /,/g' FILE) > log.csv",
+        ),
+        (
+            lines(|k| format!("motor/state {{\"t_ms\": {k}, \"pos\": {k}}}")),
+            "MQTT",
+            "sed 's/^[^{]*//' FILE > log.jsonl",
+        ),
+        (
+            lines(|k| {
+                format!("{{\"__REALTIME_TIMESTAMP\":\"17{k:014}\",\"MESSAGE\":\"pos={k}\"}}")
+            }),
+            "systemd",
+            "jq -r",
+        ),
+    ];
+    for (log, form, remedy) in unread {
+        let said = asked("log.txt", &log, &FLAGS);
+        assert!(said.contains(form) && said.contains(remedy), "{said}");
+    }
     let frames = (0..50).fold(String::new(), |mut text, k| {
         let _ = writeln!(text, "(17000000{k:02}.000000) can0 181#{k:08X}");
         text

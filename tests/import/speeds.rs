@@ -175,3 +175,24 @@ fn rounded_speeds_are_no_differences_of_counts() {
         "{resolution:?}"
     );
 }
+
+/// A speed of the instant is summed up between rows, where every other step would have an edge.
+#[test]
+fn rows_without_an_edge_are_counted_in_the_log_and_not_in_its_sum() {
+    let sound = text(0.08, 0.01, Speed::Instant);
+    let mut lines = sound.lines();
+    let mut log = lines.next().expect("names").to_owned() + "\n";
+    for (k, line) in lines.enumerate() {
+        let (before, speed) = line.rsplit_once(',').expect("cells");
+        let _ = writeln!(log, "{before},{}", if k % 3 == 0 { speed } else { "0" });
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let done = import(directory.path(), "log.csv", &log, &COUNTS);
+    let said = done.output + &done.messages;
+    let share = said.split(" % of these rows are 0").next();
+    let share = share.and_then(|before| before.rsplit(' ').next()?.parse::<f64>().ok());
+    assert!(
+        share.is_some_and(|share| (share - 66.7).abs() < 2.0),
+        "{said}"
+    );
+}

@@ -134,6 +134,18 @@ fn per_cent_alone_is_no_command() {
     );
     let said = asked("log.csv", &text, &["--counts-per-rev", "720"]);
     assert!(said.contains("no column is named as a command"), "{said}");
+    for name in ["control [%]", "throttle (%)", "Stellgröße [%]"] {
+        let text = log(
+            &format!("time_ms,{name},encoder"),
+            truth.rows(),
+            &[&ms, &share, &turned],
+        );
+        let said = asked("log.csv", &text, &["--counts-per-rev", "720"]);
+        assert!(
+            said.contains(&format!("command   `{name}` in percent")),
+            "{said}"
+        );
+    }
 }
 
 #[test]

@@ -97,38 +97,122 @@ const KNOWN: &[Known] = &[
     ),
 ];
 
-/// Whether lines are frames of a CAN bus: `(1690000000.123456) can0 181#0011`, or `can0  181   [8]  00 11`.
-fn is_candump(beginning: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(beginning);
-    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let is_frame = |line: &str| {
-        let rest = match line.strip_prefix('(').and_then(|rest| rest.split_once(')')) {
-            Some((_, rest)) => rest,
-            None => line,
-        };
-        let mut words = rest.split_whitespace();
-        let is_bus = words.next().is_some_and(|word| {
-            ["can", "vcan", "slcan"].iter().any(|bus| {
-                (word.strip_prefix(bus)).is_some_and(|number| number.parse::<u8>().is_ok())
+/// Whether the first lines are of this kind, its name, and remedy.
+type KnownLines = (fn(&str) -> bool, &'static str, &'static str);
+
+/// Texts that no table can be made of without a decision.
+const LINES: [KnownLines; 7] = [
+    (
+        |text| first(text, 2).all(is_can_frame) && first(text, 2).count() == 2,
+        "a log of CAN frames (candump)",
+        "decode the signals by the bus's DBC file, in Python: db = cantools.database.load_file('BUS.dbc'); for m in can.LogReader(FILE): \
+         print(json.dumps({'time': m.timestamp, **db.decode_message(m.arbitration_id, m.data)}))",
+    ),
+    (
+        |text| {
+            text.starts_with('{')
+                && text.contains("\"__REALTIME_TIMESTAMP\"")
+                && text.contains("\"MESSAGE\"")
+        },
+        "the journal of systemd as JSON, with the numbers in its messages",
+        "take them out: jq -r '\"[\\(.__REALTIME_TIMESTAMP | tonumber / 1e6)] \\(.MESSAGE)\"' FILE > log.txt",
+    ),
+    (
+        |text| {
+            text.lines().any(|line| {
+                line.starts_with("Starting Klippy")
+                    || (line.starts_with("Stats ") && line.contains(": gcodein="))
             })
-        });
-        let is_id = words.next().is_some_and(|word| {
-            let id = word.split('#').next().unwrap_or_default();
-            !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_hexdigit())
-        });
-        is_bus && is_id
+        },
+        "a log of Klipper, whose statistics have no position of a motor",
+        "as a table, in Python: pandas.DataFrame([dict(re.findall(r'(\\w+)=(\\S+)', l), time=l.split()[1][:-1]) for l in open(FILE) \
+         if l.startswith('Stats ')]).to_csv('log.csv', index=False)",
+    ),
+    (
+        |text| text.lines().filter(|line| is_marlin(line)).nth(1).is_some(),
+        "a log of Marlin, whose reports have the steps that were commanded and no position that was measured",
+        "as a table of them: sed -nE 's/.*Count X:([-0-9]+) Y:([-0-9]+) Z:([-0-9]+).*/\\1,\\2,\\3/p' FILE > log.csv",
+    ),
+    (
+        |text| is_mqtt(text, false, is_object) || is_mqtt(text, true, is_object),
+        "a log of MQTT messages with JSON in them",
+        "keep the JSON: sed 's/^[^{]*//' FILE > log.jsonl",
+    ),
+    (
+        |text| is_mqtt(text, true, is_number),
+        "a log of MQTT messages, one value a line",
+        "name its columns: (echo time,topic,value; sed 's/ /,/g' FILE) > log.csv",
+    ),
+    (
+        |text| is_mqtt(text, false, is_number),
+        "a log of MQTT messages without their times",
+        "record them with `mosquitto_sub -t '#' -F '%U %t %p'`; or where every topic has one message a row of 0.01 s: (echo time_s,topic,value; \
+         awk 'NR==1{f=$1} $1==f{n++} {print 0.01*n\",\"$1\",\"$2}' FILE) > log.csv",
+    ),
+];
+
+/// The first lines that are not empty.
+fn first(text: &str, count: usize) -> impl Iterator<Item = &str> {
+    let lines = text.lines().map(str::trim);
+    lines.filter(|line| !line.is_empty()).take(count)
+}
+
+/// `(1690000000.123456) can0 181#0011`, or `can0  181   [8]  00 11`.
+fn is_can_frame(line: &str) -> bool {
+    let rest = match line.strip_prefix('(').and_then(|rest| rest.split_once(')')) {
+        Some((_, rest)) => rest,
+        None => line,
     };
-    lines.next().is_some_and(is_frame) && lines.next().is_some_and(is_frame)
+    let mut words = rest.split_whitespace();
+    let is_bus = words.next().is_some_and(|word| {
+        ["can", "vcan", "slcan"]
+            .iter()
+            .any(|bus| (word.strip_prefix(bus)).is_some_and(|number| number.parse::<u8>().is_ok()))
+    });
+    let is_id = words.next().is_some_and(|word| {
+        let id = word.split('#').next().unwrap_or_default();
+        !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_hexdigit())
+    });
+    is_bus && is_id
+}
+
+/// Of M114, `X:0.10 Y:0.00 Z:0.00 E:0.00 Count X:8 Y:0 Z:0`, or M105, `T:22.00 /200.00 B:21.00 /60.00 @:127 B@:0`.
+fn is_marlin(line: &str) -> bool {
+    line.contains(" Count X:")
+        || (line.contains("T:") && line.contains(" /") && line.contains(" @:"))
+}
+
+fn is_number(text: &str) -> bool {
+    text.parse::<f64>().is_ok()
+}
+
+fn is_object(text: &str) -> bool {
+    text.starts_with('{')
+}
+
+/// Whether the first lines are `a/topic payload`, after a time if it is stamped.
+fn is_mqtt(text: &str, is_stamped: bool, is_payload: fn(&str) -> bool) -> bool {
+    const LINES: usize = 3;
+    let is_message = |line: &&str| {
+        let line = match line.split_once(' ') {
+            Some((time, rest)) if is_stamped && time.starts_with(|c: char| c.is_ascii_digit()) => {
+                rest
+            }
+            _ if is_stamped => return false,
+            _ => line,
+        };
+        let is_topic = |topic: &str| topic.contains('/') && topic.starts_with(char::is_alphabetic);
+        line.split_once(' ')
+            .is_some_and(|(topic, payload)| is_topic(topic) && is_payload(payload.trim()))
+    };
+    first(text, LINES).filter(is_message).count() == LINES
 }
 
 /// The format of an unsupported file.
 pub(super) fn form(beginning: &[u8]) -> Option<Form> {
-    if is_candump(beginning) {
-        return Some(Form::NotRead(
-            "a log of CAN frames (candump)",
-            "decode the signals by the bus's DBC file, in Python: db = cantools.database.load_file('BUS.dbc'); for m in can.LogReader(FILE): \
-             print(json.dumps({'time': m.timestamp, **db.decode_message(m.arbitration_id, m.data)}))",
-        ));
+    let text = String::from_utf8_lossy(beginning);
+    if let Some((_, what, remedy)) = LINES.iter().find(|(is, _, _)| is(&text)) {
+        return Some(Form::NotRead(what, remedy));
     }
     if beginning.starts_with(b"PK\x03\x04") {
         let has = |name: &[u8]| beginning.windows(name.len()).any(|part| part == name);

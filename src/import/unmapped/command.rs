@@ -339,7 +339,10 @@ impl Decision<'_> {
         let by_full = self.given.pwm_full.map(|_| "pwm");
         let Some(unit) = given_unit.or(named).or_else(by_numbers).or(by_full) else {
             let flag = self.flag_name(at);
-            let proposed = match (is_word(&["duty", "dutycycle"]), most > MOST_VOLTS) {
+            let proposed = match (
+                is_word(&["duty", "dutycycle", "throttle"]),
+                most > MOST_VOLTS,
+            ) {
                 (true, false) => "percent",
                 (_, true) => "pwm",
                 (false, false) => "V",

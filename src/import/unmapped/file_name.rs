@@ -78,8 +78,9 @@ fn unit_after(text: &str) -> String {
     }
 }
 
-/// The letters before a number, possibly with a character between.
+/// The letters before a number, possibly with a character and a minus between.
 fn preceding_word(text: &str) -> String {
+    let text = text.strip_suffix('-').unwrap_or(text);
     let text = text.strip_suffix(['_', ' ', '-', '=']).unwrap_or(text);
     let word = text.rsplit(|c: char| !c.is_alphabetic()).next();
     word.unwrap_or_default().to_lowercase()
@@ -115,6 +116,7 @@ mod tests {
             ("9 Volt.csv", vec!["9V"]),
             ("pwm120.csv", vec!["120pwm"]),
             ("run_duty_40.csv", vec!["40%"]),
+            ("duty_-20.txt", vec!["-20%"]),
             ("2026-04-13-12V.csv", vec!["12V"]),
             ("9_5V.csv", vec!["5V", "9.5V"]),
             ("9V_24V.csv", vec!["24V", "9V"]),

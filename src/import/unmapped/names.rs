@@ -15,6 +15,8 @@ pub(super) struct NameFacts {
     pub role: Option<Role>,
     /// In the notation of mapping files.
     pub unit: Option<&'static str>,
+    /// The unit of a command, if it is one.
+    command_unit: Option<&'static str>,
     /// `duty_255`, `pwm_885max`.
     pub full: Option<f64>,
     /// `counts_8192_per_rev`.
@@ -97,14 +99,15 @@ pub(super) fn name_facts(name: &str, unit_line: Option<&str>) -> NameFacts {
     found.is_named = role.is_some();
     let beside: Vec<&str> = inside.iter().map(String::as_str).chain(unit_line).collect();
     found.role = role.or_else(|| role_of_unit(&words, &beside));
+    let unit = |role| {
+        let by_text = beside.iter().find_map(|text| unit_of(role, text));
+        by_text.or_else(|| unit_at_end(role, &words))
+    };
+    found.command_unit = unit(Role::Command);
     let Some(role) = found.role else {
         return found;
     };
-    found.unit = beside
-        .iter()
-        .find_map(|text| unit_of(role, text))
-        .or_else(|| unit_at_end(role, &words))
-        .or(is_read_and_reset.then_some("counts"));
+    found.unit = unit(role).or(is_read_and_reset.then_some("counts"));
     found.times = times(&words);
     // Ten times a unit is another one, and so is the electrical rpm.
     found.unit = (found.unit)
@@ -165,7 +168,7 @@ pub(super) fn name_outputs(all: &mut [NameFacts], is_numeric: impl Fn(usize) -> 
         if facts.role.is_none() && is_output && is_numeric(at) {
             facts.role = Some(Role::Command);
             facts.is_named = true;
-            facts.unit = unit_at_end(Role::Command, &facts.words);
+            facts.unit = facts.command_unit;
         }
     }
 }
