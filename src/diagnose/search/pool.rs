@@ -330,8 +330,8 @@ impl<'a> Pool<'a> {
         (catalogue().len() as f64).ln() + log_options(self.base, member)
     }
 
-    /// All sets, best first, but those for which as many effects with fewer parameters predict the same: an effect by direction whose two
-    /// directions are alike.
+    /// All sets, best first, but those with an effect by direction whose two directions are alike: a set with fewer parameters predicts the
+    /// same. An effect without a parameter of its own, as a changed inertia, implies no other that predicts the same.
     pub fn sorted(self) -> (Vec<Scored>, Judge) {
         let same = self.base.settings.unexplained_share.powi(2) * ROUNDING_VARIANCE;
         let sets = self.sets.into_values();
@@ -341,9 +341,16 @@ impl<'a> Pool<'a> {
             let pairs = a.corrected.iter().zip(&b.corrected);
             mean_square(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>()) >= same
         };
+        let by_direction = |set: &Scored| {
+            let ids = set.fit.ids();
+            ids.iter()
+                .filter(|id| id.starts_with("asymmetric_"))
+                .count()
+        };
         let is_implied = |set: &Scored| {
             sets.iter().any(|other| {
-                other.fit.model.members.len() == set.fit.model.members.len()
+                by_direction(other) < by_direction(set)
+                    && other.fit.model.members.len() == set.fit.model.members.len()
                     && other.fit.x.len() < set.fit.x.len()
                     && !differ(&other.fit, &set.fit)
             })
