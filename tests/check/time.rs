@@ -214,6 +214,28 @@ fn edges_lost_at_high_speed_are_found_within_and_across_runs() {
     assert!(!lost.contains(&"1") && !lost.contains(&"2"), "{lost:?}");
 }
 
+/// A driver at its limit gives a shaft the same voltage at every higher command, or a little less as its supply sags.
+#[test]
+fn a_saturated_driver_is_not_edges_lost_at_speed() {
+    for sag_v in [0.0, 0.08] {
+        let runs: Vec<Run> = (4..=12)
+            .map(|v| {
+                let command = f64::from(v);
+                let over_v = (command - 8.0).max(0.0);
+                let mut run = losing(command - over_v - sag_v * over_v, 1e9);
+                let held = run.command.iter_mut().filter(|v| **v > 0.0);
+                held.for_each(|v| *v = command);
+                run
+            })
+            .collect();
+        let found = check(&runs, None);
+        let lost = found
+            .iter()
+            .filter(|found| found.id == Kind::EdgesLostAtSpeed);
+        assert_eq!(lost.count(), 0, "{sag_v}");
+    }
+}
+
 #[test]
 fn sound_simulations_have_no_finding_about_time_or_counter() {
     let mine = [
