@@ -77,8 +77,9 @@ pub(crate) struct Engine<S, const N: usize> {
     pub(crate) floor: usize,
     /// Largest error estimate of a step.
     pub(crate) tolerance: f64,
-    /// Whether a change near a part of a longest step leaves the engine there, so that the next steps are few.
-    pub(crate) keeps_parts: bool,
+    /// Halvings of the first step after a change, if longest steps are longer than in a simulation: in a fit. A change near a part of one then
+    /// leaves the engine there, so that the next steps are few.
+    pub(crate) coarsened: usize,
     /// Steps attempted: the cost of a simulation.
     pub(crate) steps: u64,
     /// Steps after which it stops: the caller ends there.
@@ -115,7 +116,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             cautious: 0,
             floor: 0,
             tolerance: TOLERANCE,
-            keeps_parts: false,
+            coarsened: 0,
             steps: 0,
             most_steps: u64::MAX,
             curved_steps: 0,
@@ -246,7 +247,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[inline]
     fn within_tick(&mut self, offset: S, change: impl FnOnce(&mut Self)) {
         let moved = !offset.is_nought();
-        let stays = self.keeps_parts && self.now.is_multiple_of(PART);
+        let stays = self.coarsened > 0 && self.now.is_multiple_of(PART);
         if moved && stays {
             self.drift_near(offset);
         } else if moved {
@@ -439,7 +440,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.end_rate = None;
         self.machine.settle(&mut self.mode, &mut self.y, fired);
         self.select();
-        self.allowed = self.allowed.min(2).max(self.cautious).max(self.floor);
+        let least = self.coarsened.max(self.cautious).max(self.floor);
+        self.allowed = self.allowed.min(2).max(least);
     }
 
     /// Selects the matrices of the current mode.

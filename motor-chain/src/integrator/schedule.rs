@@ -10,9 +10,9 @@ use crate::simulate::{Drive, SimulationError};
 pub(crate) const LONGEST_STEP_S: f64 = 0.003;
 const CLOCK: f64 = 1e-3;
 
-/// Factor on it in a fit, for samples closer than that and for samples farther apart.
-const COARSER: f64 = 4.0;
-const COARSER_APART: f64 = 2.0;
+/// Doublings of it in a fit, for samples closer than that and for samples farther apart.
+const COARSER: usize = 2;
+const COARSER_APART: usize = 1;
 
 /// Largest distance in ticks at which, in a fit, a time is referred to a part of a longest step ([`PART`]): the jitter
 /// of a clock that counts microseconds.
@@ -75,8 +75,8 @@ pub(crate) struct Schedule {
     step_s: f64,
     /// Steps per sample for uniform samples, else 0.
     steps_per_sample: u64,
-    /// Whether times near a part of a longest step are referred to it.
-    is_coarse: bool,
+    /// Doublings of the longest step for a fit; times near a part of it are then referred to that.
+    coarsened: usize,
     /// Positions of non-uniform samples by an exact clock: integral ticks and the rest.
     places: Vec<(u64, f64)>,
     /// Restarts of the shaft, by sample.
@@ -122,7 +122,7 @@ impl Schedule {
             changes,
             step_s: mean_s / steps,
             steps_per_sample: if uniform { steps as u64 } else { 0 },
-            is_coarse: false,
+            coarsened: 0,
             places: Vec::new(),
             resets: Vec::new(),
             skipped: Vec::new(),
@@ -153,14 +153,14 @@ impl Schedule {
     /// differs by some thousandths of a count after a change of the command, and by a ten-thousandth RMS.
     pub(crate) fn coarser(mut self) -> Self {
         if self.steps_per_sample == 0 {
-            self.is_coarse = true;
             let intervals = self.len().saturating_sub(1).max(1) as f64;
             let mean_s = self.times_s.last().copied().unwrap_or(0.0) / intervals;
-            self.step_s *= if mean_s > COARSER * self.step_s {
+            self.coarsened = if mean_s > f64::from(1 << COARSER) * self.step_s {
                 COARSER_APART
             } else {
                 COARSER
             };
+            self.step_s *= f64::from(1 << self.coarsened);
         }
         self.placed()
     }
@@ -208,7 +208,7 @@ impl Schedule {
             (0, clock_scale * self.times_s[k] + later_s)
         };
         let rest = rest_s / tick_s;
-        if self.is_coarse {
+        if self.coarsened > 0 {
             let part = PART as f64;
             let near = (rest.value() / part).round() * part;
             if near >= 0.0 && (rest.value() - near).abs() <= NEAR_TICKS {
@@ -246,7 +246,7 @@ impl Schedule {
             .saturating_mul(self.base_steps())
             .min(MOST_BY_LENGTH * self.base_steps() + MOST_FURTHER_STEPS);
         engine.most_steps = budget;
-        engine.keeps_parts = self.is_coarse;
+        engine.coarsened = self.coarsened;
         let clock_scale = engine.machine.chain.timing.clock_scale;
         let command = &engine.machine.chain.command;
         let delay_s = command.delay_s - command.ahead_s;
