@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Verdict;
+use crate::diagnose::model::is_parameter_change;
+
 /// A known change on the bench, as in `differs` and `--with`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KnownChange {
@@ -50,4 +53,16 @@ pub struct NextExperiment {
     pub tells_apart: Vec<String>,
     /// Least separation in standard deviations.
     pub expected_separation: f64,
+}
+
+impl NextExperiment {
+    /// The effects that it separates; without those of re-identified parameters where these explain the error.
+    pub fn named(&self, verdict: Verdict) -> Vec<String> {
+        let is_named = |id: &&String| verdict != Verdict::Parameters || !is_parameter_change(id);
+        let named: Vec<String> = (self.tells_apart.iter()).filter(is_named).cloned().collect();
+        match named.iter().any(|id| id != "none") {
+            true => named,
+            false => self.tells_apart.clone(),
+        }
+    }
 }
