@@ -18,8 +18,8 @@ use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::check::{Finding, check_training, is_fatal};
 use crate::diagnose::{
-    BadRecording, DESIGN, GoodEnough, NominalSource, Options, Role, RunFacts, Settings, WithRuns, diagnose,
-    nominal_fit,
+    BadRecording, DESIGN, GoodEnough, NominalSource, Options, Role, RunFacts, Settings, WithRuns,
+    diagnose, nominal_fit,
 };
 use crate::hint::In;
 use crate::motor::{Motor, read_motor};

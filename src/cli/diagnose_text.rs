@@ -6,9 +6,9 @@ use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED, NominalFit};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
-    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows,
-    cause_words, causes_note, class_of_cause, class_words, discrete_words, effects_words,
-    few_words, fitted_words, interval_words, is_optional, measured, motor_file_column, named_parts, no_recording,
+    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, causes_note,
+    class_of_cause, class_words, discrete_words, effects_words, few_words, fitted_words,
+    interval_words, is_optional, measured, motor_file_column, named_parts, no_recording,
     of_reference, overlays, sets_note, smoothing_words, torque_words, value_column,
 };
 use crate::report::number::{figure, percent, probability};

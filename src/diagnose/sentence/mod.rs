@@ -165,7 +165,7 @@ pub(crate) fn no_recording_reason(
             Some("no effect that was tried describes these recordings")
         }
         _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) => {
-            Some("a probable effect is at the limit of its range: see the next step")
+            Some("a probable effect is at the limit of its range, see the next step")
         }
         Verdict::Effect if is_known => Some("the cause is known"),
         Verdict::Parameters if is_known => Some("the parameters explain the error"),

@@ -25,9 +25,10 @@ pub use bad_recording::{bad_recording_page, recorded};
 pub use budget::{BUDGET_COLUMNS, budget_bars, budget_note, budget_rows};
 pub use overlay::recorded_speed;
 pub use words::{
-    DETAILED_FROM, cause_words, causes_note, class_of_cause, class_words,
-    discrete_words, effects_words, few_words, fitted_words, interval_words, is_optional, measured,
-    motor_file_column, named_parts, no_recording, of_reference, sets_note, torque_words, value_column,
+    DETAILED_FROM, cause_words, causes_note, class_of_cause, class_words, discrete_words,
+    effects_words, few_words, fitted_words, interval_words, is_optional, measured,
+    motor_file_column, named_parts, no_recording, of_reference, sets_note, torque_words,
+    value_column,
 };
 
 /// One run, recorded and simulated.

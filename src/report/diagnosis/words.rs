@@ -341,8 +341,10 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
             CommandKind::Voltage => format!(
                 "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor with `--model-out {file}`, then `motorlab motor {file} --resistance OHM`."
             ),
-            _ => "The torque constant is not known: friction and loads are in units of the command."
-                .to_owned(),
+            _ => {
+                "The torque constant is not known: friction and loads are in units of the command."
+                    .to_owned()
+            }
         };
     }
     let ratio = match diagnosis.command_kind {
