@@ -207,7 +207,7 @@ impl Question {
             ..Options::default()
         };
         let mut diagnosis = diagnosing::diagnose(&self.runs, &motor, &options)?;
-        diagnosis.data = findings;
+        diagnosis.set_findings(findings);
         Ok(Found::Diagnosis(Box::new(diagnosis)))
     }
 }

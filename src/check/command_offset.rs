@@ -190,7 +190,7 @@ impl<'a> Responses<'a> {
             Severity::Note,
             self.rows(),
             format!(
-                "the shaft starts {} ({}) after the command",
+                "the shaft starts {} ({}) later than the command",
                 samples(dead),
                 time(dead * self.step_s),
             ),
@@ -200,7 +200,7 @@ impl<'a> Responses<'a> {
                 ("jumps", self.fitted.len() as f64),
                 ("log_likelihood_ratio", found.log_ratio),
             ],
-            "check whether the log has the command a row too early; else a bus, a filter or an inductance delays it (effect transport_delay)",
+            "if the log has the command a row too early, shift it; else a bus, a filter or an inductance delays it (effect transport_delay)",
         ))
     }
 

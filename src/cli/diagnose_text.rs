@@ -6,9 +6,9 @@ use crate::diagnose::{Cause, Diagnosis, EffectSet, LEAST_PRINTED, NominalFit};
 use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
-    BUDGET_COLUMNS, DETAILED_FROM, MOTOR_FILE_COLUMN, budget_bars, budget_note, budget_rows,
-    cause_words, causes_note, class_of_cause, class_words, discrete_words, effects_words,
-    few_words, fitted_words, interval_words, is_optional, measured, named_parts, no_recording,
+    BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, causes_note,
+    class_of_cause, class_words, discrete_words, effects_words, few_words, fitted_words,
+    interval_words, is_optional, measured, motor_file_column, named_parts, no_recording,
     of_reference, overlays, sets_note, smoothing_words, torque_words, value_column,
 };
 use crate::report::number::{figure, percent, probability};
@@ -166,11 +166,14 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
             ))?;
             continue;
         }
+        let interval = match number.lo95 == number.hi95 {
+            true => interval_words(&number),
+            false => format!("95 %: {}", interval_words(&number)),
+        };
         output.line(&format!(
-            "            {name} = {} {} (95 %: {}{reference}{limit})",
+            "            {name} = {} {} ({interval}{reference}{limit})",
             figure(number.value, 4),
             number.unit,
-            interval_words(&number)
         ))?;
     }
     Ok(())
@@ -195,11 +198,11 @@ fn sets(sets: &[EffectSet], diagnosis: &Diagnosis) -> String {
 }
 
 fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    let has_file = diagnosis.identifiable.motor_file.is_some();
+    let file = motor_file_column(diagnosis);
     let value = value_column(diagnosis);
     let mut names = vec!["parameter", &value, "95\u{a0}% interval", "unit"];
-    if has_file {
-        names.insert(1, MOTOR_FILE_COLUMN);
+    if let Some(file) = file {
+        names.insert(1, file);
     }
     let mut table = Table::new(names);
     for (name, number, given) in diagnosis.identifiable_rows() {
@@ -212,7 +215,7 @@ fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
             },
             number.unit.to_owned(),
         ];
-        if has_file {
+        if file.is_some() {
             row.insert(1, given.map_or_else(String::new, |given| figure(given, 4)));
         }
         table.row(row);
@@ -230,6 +233,10 @@ fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> R
     {
         output.line(&format!("  {}:", one_line(&largest.name)))?;
         output.picture(&on_terminal(speed, &largest.figure.x_label))?;
+        output.line(&format!(
+            "  Vertical lines of a simulated curve are restarts from the measured state, every {} s (median).",
+            figure(diagnosis.gap.horizon_s, 3)
+        ))?;
     }
     for overlay in &overlays {
         let name = one_line(&overlay.name);
@@ -290,7 +297,7 @@ fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     output.line(&format!(
         "  {optional}`{}`{change} would separate {}, each pair by at least {} standard deviations of the noise. PORT is the board's port.",
         next.command,
-        few_words(&next.tells_apart),
+        few_words(&next.named(diagnosis.verdict)),
         figure(next.expected_separation, 2)
     ))
 }

@@ -201,7 +201,7 @@ pub fn diagnose_runs(question: &str) -> Answer {
         ..Options::default()
     };
     let mut diagnosis = diagnosed(&runs, &motor, &options).map_err(failed)?;
-    diagnosis.data = findings;
+    diagnosis.set_findings(findings);
     let known = &diagnosis.identifiable;
     diagnosis.model.resistance_assumed =
         known.si.is_none() && known.electrical_time_constant_s.is_some();

@@ -191,7 +191,7 @@ pub(super) fn document(
             match (held.is_some(), prepared.subset.is_some()) {
                 (true, _) => HELD_OUT_RUNS.to_owned(),
                 (_, true) => format!(
-                    "all segments, of which {:.0} % of the samples were fitted",
+                    "all samples; {:.0} % of them were fitted",
                     100.0 * segments.len as f64 / all.len as f64
                 ),
                 _ => "cross-validation over segments".to_owned(),
@@ -208,7 +208,12 @@ pub(super) fn document(
         data: Vec::new(),
         next_experiment: None,
         steps: found.steps.clone(),
-        scoring: scoring(found.best(), found.judge.is_likelihood, found.judge.n_eff),
+        scoring: scoring(
+            found.best(),
+            found.judge.is_likelihood,
+            found.judge.n_eff,
+            settings.learning_rate,
+        ),
         elapsed_s: 0.0,
         simulated_samples: 0,
         reference,
@@ -231,6 +236,7 @@ pub(super) fn document(
         &left_out(prepared, held, options),
         options.is_doubtful,
         segments.runs.iter().any(|run| run.is_closed_loop),
+        settings,
     );
     diagnosis.parts = sentence::parts(&diagnosis, asked, settings);
     let parts = diagnosis.parts.iter().filter(|part| !part.is_empty());
@@ -356,7 +362,7 @@ fn gap(
     }
 }
 
-fn scoring(best: &Scored, is_likelihood: bool, n_eff: f64) -> Scoring {
+fn scoring(best: &Scored, is_likelihood: bool, n_eff: f64, learning_rate: f64) -> Scoring {
     Scoring {
         score: if is_likelihood {
             "likelihood"
@@ -366,6 +372,7 @@ fn scoring(best: &Scored, is_likelihood: bool, n_eff: f64) -> Scoring {
         effective_observations: n_eff,
         random_load_share: best.likelihood.noise.strength,
         whitened_squares: best.likelihood.squares,
+        learning_rate,
     }
 }
 

@@ -9,6 +9,7 @@ use super::{
     Unexplained,
 };
 use crate::check::Finding;
+use crate::diagnose::sentence::after_warnings;
 use crate::diagnose::settings::Settings;
 use crate::motor::{CommandKind, Motor};
 
@@ -165,6 +166,12 @@ impl Diagnosis {
         }
     }
 
+    /// Replaces the findings; the next step begins with the warnings among them.
+    pub fn set_findings(&mut self, findings: Vec<Finding>) {
+        self.rewrite_next(|next| after_warnings(next, &findings));
+        self.data = findings;
+    }
+
     /// Whether values in N m, kg m^2, ohm and A are determined: by a motor file, the handout or a known load.
     pub fn has_torque(&self) -> bool {
         self.identifiable.si.is_some()
@@ -262,6 +269,8 @@ pub struct Scoring {
     pub random_load_share: f64,
     /// Mean square of the whitened residual of the best set over its expectation.
     pub whitened_squares: f64,
+    /// The probability of a set is proportional to `exp(learning_rate score)`.
+    pub learning_rate: f64,
 }
 
 /// Reference runs and their model.

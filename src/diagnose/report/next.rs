@@ -2,6 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Verdict;
+use crate::diagnose::is_parameter_change;
+use crate::motor::catalogue::ids;
+
 /// A known change on the bench, as in `differs` and `--with`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KnownChange {
@@ -50,4 +54,20 @@ pub struct NextExperiment {
     pub tells_apart: Vec<String>,
     /// Least separation in standard deviations.
     pub expected_separation: f64,
+}
+
+impl NextExperiment {
+    /// The effects that it separates; without those of re-identified parameters where these explain the error.
+    pub fn named(&self, verdict: Verdict) -> Vec<String> {
+        let is_freed = |id: &str| id == ids::INDUCTANCE || is_parameter_change(id);
+        let is_named = |id: &&String| verdict != Verdict::Parameters || !is_freed(id);
+        let named: Vec<String> = (self.tells_apart.iter())
+            .filter(is_named)
+            .cloned()
+            .collect();
+        match named.iter().any(|id| id != "none") {
+            true => named,
+            false => self.tells_apart.clone(),
+        }
+    }
 }

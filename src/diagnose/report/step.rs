@@ -27,15 +27,18 @@ impl fmt::Display for SearchStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = |set: &[&str]| match set {
             [] => "none".to_owned(),
-            _ => set.join("+"),
+            _ => set.join(" + "),
         };
-        writeln!(f, "beside {}:", named(&self.from))?;
+        match self.from.as_slice() {
+            [] => writeln!(f, "added to the model without effects:")?,
+            from => writeln!(f, "added to {}:", named(from))?,
+        }
         for (set, worth) in self.screened.iter().take(SCREENED_SHOWN) {
             writeln!(f, "  screened {worth:9.1}  {}", named(set))?;
         }
         writeln!(
             f,
-            "  best of {} sets fitted so far: {} (score {:.1}, {:.3} counts RMS)",
+            "  {} fits so far; best set: {} (score {:.1}, {:.3} counts RMS)",
             self.fitted,
             named(&self.best),
             self.score,

@@ -13,17 +13,7 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
     let p = probability(diagnosis.probability);
     let parameters = || percent(share_of(diagnosis, "parameters").max(0.0));
     if is_undescribed(diagnosis, settings) {
-        let p = match diagnosis.verdict {
-            Verdict::OutsideCatalogue => {
-                format!(" P(no effect of the catalogue is present) {p}.")
-            }
-            Verdict::Ambiguous => format!(" P(an effect is present) {p}."),
-            _ => String::new(),
-        };
-        return format!(
-            "No effect that was tried describes these recordings: nearly all of the error remains, and the probabilities name no cause.{p}{}",
-            candidates(diagnosis)
-        );
+        return "No effect that was tried describes these recordings: nearly all of the error remains. The probabilities only rank the sets that were tried.".to_owned();
     }
     match diagnosis.verdict {
         Verdict::BadRecording => String::new(),
@@ -70,7 +60,7 @@ fn not_visible(diagnosis: &Diagnosis) -> String {
     let repeats = repeatability_above_error(diagnosis);
     repeats.map_or_else(String::new, |repeats| {
         format!(
-            " The repeatability of the runs with the same command is {} counts, more than the model's error: smaller effects are not visible.",
+            " The repeatability is {} counts: the difference over a segment between runs with the same command, also that of their initial speeds, which the model's error excludes (initial-state correction). Smaller effects are not visible.",
             counts(repeats)
         )
     })

@@ -7,6 +7,7 @@ mod next;
 mod other_means;
 mod words;
 
+pub(crate) use next::{DESIGN, after_warnings};
 use other_means::{is_at_limit, other_means};
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
@@ -84,7 +85,7 @@ fn error(diagnosis: &Diagnosis) -> String {
     let nominal = counts(gap.before);
     match is_nominal_fitted(diagnosis) {
         true => format!(
-            "RMS error: {nominal} counts nominal (fitted to these runs); held out {refitted} with re-identified parameters{effects} (noise floor {floor})."
+            "RMS error of the fitted motor: {nominal} counts on the data it was fitted to, {refitted} held out{effects} (noise floor {floor})."
         ),
         false => format!(
             "Held-out RMS error: {nominal} counts nominal, {refitted} with re-identified parameters{effects} (noise floor {floor})."
@@ -94,7 +95,9 @@ fn error(diagnosis: &Diagnosis) -> String {
 
 /// Whether the nominal motor was fitted to the runs of the error.
 pub(crate) fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
-    diagnosis.nominal_source == NominalSource::Fit && diagnosis.gap.held_out != HELD_OUT_RUNS
+    diagnosis.nominal_source == NominalSource::Fit
+        && diagnosis.reference.is_none()
+        && diagnosis.gap.held_out != HELD_OUT_RUNS
 }
 
 /// Reference of all shares.
@@ -109,35 +112,35 @@ fn remaining(diagnosis: &Diagnosis) -> String {
     if unexplained.hi95 <= 0.0 {
         return "Unexplained: nothing above the noise floor.".to_owned();
     }
+    let of_what = match diagnosis.verdict {
+        Verdict::Parameters => "Not explained by re-identified parameters",
+        _ => "Unexplained",
+    };
     // Shares below the last printed digit.
     if unexplained.hi95 < LEAST_PRINTED {
         return format!(
-            "Unexplained: {} of {ABOVE_FLOOR}.",
+            "{of_what}: {} of {ABOVE_FLOOR}.",
             percent(unexplained.share.max(0.0))
         );
     }
-    let share = format!(
-        "Unexplained: {} of {ABOVE_FLOOR} ({})",
-        percent(unexplained.share.max(0.0)),
-        percent_interval(unexplained.lo95, unexplained.hi95)
-    );
+    // Shares above 100 % compare the fitted data with held-out data.
+    let share = match unexplained.share > 1.0 && is_nominal_fitted(diagnosis) {
+        true => "Nearly all of the error remains".to_owned(),
+        false => format!(
+            "{of_what}: {} of {ABOVE_FLOOR} ({})",
+            percent(unexplained.share.max(0.0)),
+            percent_interval(unexplained.lo95, unexplained.hi95)
+        ),
+    };
     let place = largest_regime(diagnosis)
         .filter(|_| unexplained.share >= LEAST_PRINTED)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
-    let above_all = match unexplained.share > 1.0 && is_nominal_fitted(diagnosis) {
-        true => format!(
-            " Above 100 %, because the two errors are not comparable: {} counts are on the data that the nominal model was fitted to, {} on held-out data.",
-            counts(diagnosis.gap.before),
-            counts(diagnosis.gap.after_effect)
-        ),
-        false => String::new(),
-    };
-    format!("{share}{}.{above_all}", place.unwrap_or_default())
+    format!("{share}{}.", place.unwrap_or_default())
 }
 
 /// Whether all but an immaterial share of the error is unexplained, although probable effects were tried, or none is
 /// probable.
-fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
+pub(crate) fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
     let was_tried = match diagnosis.verdict {
         Verdict::Ambiguous => {
             (diagnosis.causes.iter()).any(|cause| cause.not_identified().is_some())
@@ -162,7 +165,7 @@ pub(crate) fn no_recording_reason(
             Some("no effect that was tried describes these recordings")
         }
         _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) => {
-            Some("a probable effect is at the limit of its range, which no recording changes")
+            Some("a probable effect is at the limit of its range, see the next step")
         }
         Verdict::Effect if is_known => Some("the cause is known"),
         Verdict::Parameters if is_known => Some("the parameters explain the error"),
@@ -205,6 +208,7 @@ pub(crate) fn note(
     off: &[LeftOut],
     is_doubtful: bool,
     is_closed_loop: bool,
+    settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
     if !off.is_empty() {
@@ -229,12 +233,22 @@ pub(crate) fn note(
         .map(|(key, share)| format!("{} is {} times", words_of_key(key), three(*share)))
         .collect();
     if !outside.is_empty() {
-        let (whose, why) = match diagnosis.nominal_source {
-            NominalSource::Given => (
-                "motor file's",
-                ": the motor has changed, the file is wrong, or the parameter compensates for a missing effect",
-            ),
-            NominalSource::Handout | NominalSource::Fit => ("nominal", ""),
+        let imitates = diagnosis.effects.is_empty()
+            && (diagnosis.causes.iter()).any(|cause| cause.not_identified().is_some())
+            && !is_undescribed(diagnosis, settings);
+        let whose = match diagnosis.nominal_source {
+            NominalSource::Given => "motor file's",
+            NominalSource::Handout | NominalSource::Fit => "nominal",
+        };
+        let why = match (diagnosis.nominal_source, imitates) {
+            (NominalSource::Handout, true) => {
+                ". They imitate an effect that is not identified, or the motor is not the handout's (give --motor or --nominal fit): do not use them"
+            }
+            (_, true) => ". They imitate an effect that is not identified: do not use them",
+            (NominalSource::Given, false) => {
+                ": the motor has changed, the file is wrong, or the parameter compensates for a missing effect"
+            }
+            (_, false) => "",
         };
         let fit = match diagnosis.effects.is_empty() {
             true => "Re-identified",
@@ -247,9 +261,9 @@ pub(crate) fn note(
     }
     let scoring = &diagnosis.scoring;
     if scoring.score == "likelihood" && scoring.random_load_share > 0.0 {
-        notes.extend(random_load(diagnosis).map(|place| {
+        notes.extend(random_load(diagnosis).map(|[other, floor]| {
             format!(
-                "A random load torque of {} of the stall torque (estimated) {place}; no deterministic model removes it.",
+                "A random load torque of {} of the stall torque (estimated) raises the noise floor from {other} to {floor} counts; no deterministic model removes it.",
                 percent(scoring.random_load_share)
             )
         }));
@@ -263,8 +277,8 @@ pub(crate) fn note(
     notes.join(" ")
 }
 
-/// The part of a random load torque in the noise floor, or else in the unexplained error.
-fn random_load(diagnosis: &Diagnosis) -> Option<String> {
+/// The noise floor without a random load torque and with it, where that is the largest part.
+fn random_load(diagnosis: &Diagnosis) -> Option<[String; 2]> {
     let Gap {
         floor, floor_parts, ..
     } = &diagnosis.gap;
@@ -275,12 +289,7 @@ fn random_load(diagnosis: &Diagnosis) -> Option<String> {
     // Beside identified effects the floor has no random load.
     let is_floor = floor_parts.random.is_some_and(|random| random >= *floor);
     let [other, floor] = [others.largest(), *floor].map(counts);
-    match is_floor && diagnosis.effects.is_empty() {
-        true => (other != floor)
-            .then(|| format!("raises the noise floor from {other} to {floor} counts")),
-        false => (diagnosis.unexplained.share > 0.0)
-            .then(|| "is part of the unexplained error".to_owned()),
-    }
+    (is_floor && diagnosis.effects.is_empty() && other != floor).then_some([other, floor])
 }
 
 fn capitalized(text: &str) -> String {

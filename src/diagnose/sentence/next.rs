@@ -1,10 +1,13 @@
 //! Fourth part: the next step, with a command line to copy.
 
+use std::collections::BTreeSet;
+
 use super::cause::is_doubtful;
 use super::{
     is_at_limit, is_floor_repeatability, is_undescribed, listed, name, other_means,
     repeatability_above_error,
 };
+use crate::check::{Finding, Severity};
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict};
 use crate::diagnose::settings::Settings;
 
@@ -94,8 +97,9 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             " This motor imitates these runs; its parameters are no measurement.".to_owned()
         }
         Verdict::NoGap | Verdict::NoChange => {
-            " Other commands may show further effects: `motorlab design --profile reversing` lists those that a profile cannot show."
-                .to_owned()
+            format!(
+                " No recording shows every effect: `motorlab {DESIGN}` lists those that a profile hardly shows."
+            )
         }
         _ => String::new(),
     };
@@ -114,7 +118,7 @@ fn record(diagnosis: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
         Some(rest) => format!("motorlab diagnose next.csv {rest}{flag}"),
         None => format!("motorlab diagnose next.csv RUN...{flag}"),
     };
-    let names: Vec<String> = (next.tells_apart.iter())
+    let names: Vec<String> = (next.named(diagnosis.verdict).iter())
         .map(|id| match id.as_str() {
             "none" => "no effect at all".to_owned(),
             ids => ids.split('+').map(name).collect::<Vec<_>>().join(" with "),
@@ -138,6 +142,27 @@ fn record(diagnosis: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
         next.command,
         command(&again, "next.csv among the runs")
     )
+}
+
+/// The plan of a profile in the next step.
+pub(crate) const DESIGN: &str = "design --profile reversing";
+
+/// The next step after warnings about the recordings; `None` without any.
+pub(crate) fn after_warnings(next: &str, findings: &[Finding]) -> Option<String> {
+    let warnings = findings.iter();
+    let warnings = warnings.filter(|finding| finding.severity == Severity::Warning);
+    let names: BTreeSet<String> = warnings.map(|one| format!("`{}`", one.id())).collect();
+    let names: Vec<String> = names.into_iter().collect();
+    let (word, then) = match (names.len(), next.strip_prefix("First ")) {
+        (0, _) => return None,
+        (1, then) => ("finding", then),
+        (_, then) => ("findings", then),
+    };
+    let then = then.map_or_else(|| next.to_owned(), |then| format!("Then {then}"));
+    Some(format!(
+        "First settle the {word} {} of `motorlab check`. {then}",
+        listed(&names, "and")
+    ))
 }
 
 /// A command line to copy; for a long one only its new part.

@@ -5,7 +5,7 @@
 
 use super::{capitalized, is_undescribed, listed, name, three};
 use crate::diagnose::classes::members_of;
-use crate::diagnose::report::{Cause, Diagnosis, NominalSource, Verdict};
+use crate::diagnose::report::{Cause, Diagnosis, Interval, NominalSource, Verdict};
 use crate::diagnose::settings::Settings;
 use crate::motor::catalogue::ids;
 
@@ -102,19 +102,15 @@ const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effect
 /// Effects at a limit of their range: the fitted value is no estimate, and no recording changes that.
 fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
     let names: Vec<String> = bounded.iter().map(|cause| name(cause.effect)).collect();
-    let values: Vec<String> = (bounded.iter())
+    let limits: Vec<Limit<'_>> = (bounded.iter())
         .flat_map(|cause| cause.parameters.iter())
         .filter(|(_, value)| value.at_bound)
-        .map(|(key, value)| {
-            let (key, value) = value.determined(key);
-            format!("{key} {} {}", three(value.value), value.unit)
-                .trim_end()
-                .to_owned()
-        })
+        .map(|(key, value)| Limit::of(key, value))
         .collect();
-    let values = match values.is_empty() {
+    let ranges: Vec<String> = limits.iter().map(Limit::range).collect();
+    let ranges = match ranges.is_empty() {
         true => String::new(),
-        false => format!(" ({})", values.join(", ")),
+        false => format!(" ({})", ranges.join(", ")),
     };
     let measured: Vec<String> = match bounded {
         [only] => measurement(only.effect)
@@ -130,10 +126,20 @@ fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
     let names = listed(&names, "and");
     let measured = match measured.is_empty() {
         true => "Check the supply and the parameters of the motor file, from which the ranges follow. If a known value is beyond the range,".to_owned(),
-        false => format!(
-            "{}. If the value is within the range, {names} {is} not the cause; if it is beyond,",
-            capitalized(&measured.join("; "))
-        ),
+        false => {
+            let measured = capitalized(&measured.join("; "));
+            match (limits.as_slice(), bounded) {
+                ([only], [_]) if measured.contains(&format!("{} =", only.key)) => format!(
+                    "{measured}. If you measure {} than {}, {names} {is} not the cause; if {},",
+                    only.inside(),
+                    only.value,
+                    only.beyond()
+                ),
+                _ => format!(
+                    "{measured}. If the value is within the range, {names} {is} not the cause; if it is beyond,"
+                ),
+            }
+        }
     };
     let template = match diagnosis.nominal_source {
         NominalSource::Given => "",
@@ -143,10 +149,46 @@ fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
         .map(|cause| format!("[effects.{}]", cause.effect))
         .collect();
     format!(
-        "{} {is} at the limit of {its}{values}, which is no estimate. {measured} write it into the motor file{template} under {} and diagnose again with --motor.",
+        "{} {is} at the limit of {its}{ranges}, which is no estimate. {measured} write it into the motor file{template} under {} and diagnose again with --motor.",
         capitalized(&names),
         listed(&sections, "and")
     )
+}
+
+/// The limit of a parameter's range at which its fit ended.
+struct Limit<'a> {
+    key: &'a str,
+    /// With its unit.
+    value: String,
+    is_upper: bool,
+}
+
+impl<'a> Limit<'a> {
+    fn of(key: &'a str, fitted: &Interval) -> Self {
+        let (key, fitted) = fitted.determined(key);
+        let value = format!("{} {}", three(fitted.value), fitted.unit);
+        Self {
+            key,
+            value: value.trim_end().to_owned(),
+            is_upper: fitted.hi95 - fitted.value <= fitted.value - fitted.lo95,
+        }
+    }
+
+    fn range(&self) -> String {
+        let Self { key, value, .. } = self;
+        match self.is_upper {
+            true => format!("{key}: range up to {value}"),
+            false => format!("{key}: range from {value}"),
+        }
+    }
+
+    fn inside(&self) -> &'static str {
+        if self.is_upper { "less" } else { "more" }
+    }
+
+    fn beyond(&self) -> &'static str {
+        if self.is_upper { "more" } else { "less" }
+    }
 }
 
 /// Measurements that separate the members of a class, or an effect from parameters.

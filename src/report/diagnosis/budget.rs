@@ -36,11 +36,16 @@ pub const BUDGET_COLUMNS: [&str; 5] = [
     "alternatives (inclusion probability)",
 ];
 
-/// A figure of a share, which is not defined where the nominal model is within the noise floor.
+/// Whether shares are printed: not where the nominal model is within the noise floor, or fitted to the same data.
+fn has_shares(diagnosis: &Diagnosis) -> bool {
+    diagnosis.verdict != Verdict::NoGap && !is_nominal_fitted(diagnosis)
+}
+
+/// A figure of a share, if shares are printed.
 fn shares(diagnosis: &Diagnosis, of: impl Fn() -> String) -> String {
-    match diagnosis.verdict {
-        Verdict::NoGap => "\u{2013}".to_owned(),
-        _ => of(),
+    match has_shares(diagnosis) {
+        false => "\u{2013}".to_owned(),
+        true => of(),
     }
 }
 
@@ -69,24 +74,27 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.budget.iter().map(row).collect()
 }
 
-/// Reference of the shares in the budget.
-pub fn budget_note(diagnosis: &Diagnosis) -> &'static str {
-    match diagnosis.verdict {
-        Verdict::NoGap => {
-            "No shares: the error of the nominal model is not significantly above the noise floor."
-        }
-        _ if is_nominal_fitted(diagnosis) => {
-            "Share: part of the nominal model's squared error above the noise floor that a step removes; unexplained: the part that remains. The nominal row is the error on the fitted data, the other rows are held out: shares may be negative or above 100\u{a0}%."
-        }
-        _ => {
-            "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains."
-        }
+/// Reference of the shares in the budget, or why there are none.
+pub fn budget_note(diagnosis: &Diagnosis) -> String {
+    if has_shares(diagnosis) {
+        return "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.".to_owned();
     }
+    let mut notes = Vec::new();
+    if diagnosis.verdict == Verdict::NoGap {
+        notes.push("The error of the nominal model is not significantly above the noise floor.");
+    }
+    if is_nominal_fitted(diagnosis) {
+        notes.push(match diagnosis.gap.held_out.starts_with("cross") {
+            true => "The nominal row is the error on the fitted data, the other rows are cross-validated (held out): not comparable.",
+            false => "The nominal row is fitted to all samples, the other rows to a part of them: not comparable.",
+        });
+    }
+    format!("Shares are not printed. {}", notes.join(" "))
 }
 
 /// The error budget as a bar chart.
 pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
-    let has_shares = diagnosis.verdict != Verdict::NoGap;
+    let has_shares = has_shares(diagnosis);
     let bar = |step: &BudgetStep| Bar {
         name: step_words(step).to_owned(),
         value: if has_shares { step.share } else { 0.0 },

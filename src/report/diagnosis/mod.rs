@@ -25,9 +25,10 @@ pub use bad_recording::{bad_recording_page, recorded};
 pub use budget::{BUDGET_COLUMNS, budget_bars, budget_note, budget_rows};
 pub use overlay::recorded_speed;
 pub use words::{
-    DETAILED_FROM, MOTOR_FILE_COLUMN, cause_words, causes_note, class_of_cause, class_words,
-    discrete_words, effects_words, few_words, fitted_words, interval_words, is_optional, measured,
-    named_parts, no_recording, of_reference, sets_note, torque_words, value_column,
+    DETAILED_FROM, cause_words, causes_note, class_of_cause, class_words, discrete_words,
+    effects_words, few_words, fitted_words, interval_words, is_optional, measured,
+    motor_file_column, named_parts, no_recording, of_reference, sets_note, torque_words,
+    value_column,
 };
 
 /// One run, recorded and simulated.
@@ -129,7 +130,7 @@ pub(super) fn lay_out(
     }
     checks(page, &diagnosis.data);
     page.section("Error budget");
-    page.bars(&budget_bars(diagnosis), budget_note(diagnosis));
+    page.bars(&budget_bars(diagnosis), &budget_note(diagnosis));
     recorded_over_simulated(page, diagnosis, measured);
     budget_in_numbers(page, diagnosis);
     causes(page, diagnosis);
@@ -234,7 +235,7 @@ fn sets(page: &mut Page, diagnosis: &Diagnosis) {
         ],
         &rows,
     );
-    page.note(sets_note(diagnosis));
+    page.note(&sets_note(diagnosis));
     let further = diagnosis.sets.iter().skip(LISTED_SETS);
     let (count, rest) = further.fold((0, 0.0), |(n, p), set| (n + 1, p + set.probability));
     if count > 0 {
@@ -326,7 +327,7 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
             " with {}",
             change.words()
         )),
-        few_words(&next.tells_apart),
+        few_words(&next.named(diagnosis.verdict)),
         figure(next.expected_separation, 2)
     ));
     page.verbatim(&next.command);

@@ -38,9 +38,8 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
 /// Identifiable parameters.
 pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Identifiable parameters");
-    let file = diagnosis.identifiable.motor_file;
     let compared = (diagnosis.reference.as_ref().map(|_| IN_THE_REFERENCE))
-        .or(file.map(|_| words::MOTOR_FILE_COLUMN));
+        .or_else(|| words::motor_file_column(diagnosis));
     let identifiable = diagnosis.identifiable_rows().into_iter();
     let mut rows: Vec<Vec<String>> = identifiable
         .map(|(name, interval, given)| row(compared, name.to_owned(), &interval, given))

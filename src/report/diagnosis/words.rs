@@ -3,7 +3,9 @@
 use crate::diagnose::{
     Cause, Diagnosis, EffectClass, Interval, NominalSource, ReferenceRuns, Settings, Verdict,
 };
-use crate::diagnose::{class_of, is_parameter_change, no_recording_reason, without_assumed_unit};
+use crate::diagnose::{
+    class_of, is_parameter_change, is_undescribed, no_recording_reason, without_assumed_unit,
+};
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::{figure, probability_of};
@@ -40,7 +42,14 @@ fn verdict_words(diagnosis: &Diagnosis) -> String {
         (None, NominalSource::Given) => "the motor file",
     };
     let is_nearly_all = diagnosis.unexplained.share < Settings::default().unexplained_share;
+    let settings = &Settings::default();
     let meaning = match verdict {
+        Verdict::Parameters if diagnosis.probability < settings.identified => {
+            "re-identified parameters remove more than 90\u{a0}% of the squared error, but probably imitate an effect that is not identified"
+        }
+        Verdict::Ambiguous if is_undescribed(diagnosis, settings) => {
+            "an effect improves the fit, but none is identified, and nearly all of the error remains"
+        }
         Verdict::Parameters if is_nearly_all => {
             "no effect is identified, and re-identified parameters remove more than 90\u{a0}% of the squared error"
         }
@@ -94,13 +103,13 @@ pub(super) fn nominal_words(diagnosis: &Diagnosis) -> &'static str {
 
 /// The reference runs and their model.
 pub fn of_reference(diagnosis: &Diagnosis, reference: &ReferenceRuns) -> String {
-    let effects = match (reference.effects.as_slice(), diagnosis.nominal_source) {
-        ([], NominalSource::Given) => "without a further effect than the motor file's".to_owned(),
-        ([], _) => "without an effect".to_owned(),
-        (effects, _) => format!("with {}", effects.join(" + ")),
+    let model = match (reference.effects.as_slice(), diagnosis.nominal_source) {
+        ([], NominalSource::Given) => "The motor file's model without further effects".to_owned(),
+        ([], _) => "The basic motor without effects".to_owned(),
+        (effects, _) => format!("The motor with {}", effects.join(" + ")),
     };
     format!(
-        "Reference: {}. These runs are described {effects}; residual RMS {} counts.",
+        "{model} describes the reference ({}) to {} counts RMS.",
         reference.runs.join(", "),
         figure(reference.rms_counts, 3)
     )
@@ -196,16 +205,20 @@ pub fn fitted_words(diagnosis: &Diagnosis) -> String {
     )
 }
 
-/// Order of the sets, and what their RMS does not say.
-pub fn sets_note(diagnosis: &Diagnosis) -> &'static str {
-    match diagnosis.scoring.score {
+/// Meaning of the log score, and the probability that follows from it.
+pub fn sets_note(diagnosis: &Diagnosis) -> String {
+    let score = match diagnosis.scoring.score {
         "likelihood" => {
-            "Sorted by log score, higher is better. Each residual is weighted by its expected variance, so a set with more effects can have a larger RMS."
+            "Compare sets by log score, higher is better: the RMS is not what is fitted, each residual is weighted by its expected variance."
         }
         _ => {
-            "Sorted by log score, higher is better: -N ln(RMS) of the effective number N of observations, less a penalty per parameter."
+            "Log score: -N ln(RMS) less a penalty for each parameter, N being the effective number of observations; higher is better."
         }
-    }
+    };
+    format!(
+        "{score} Probability is proportional to exp({} log score).",
+        figure(diagnosis.scoring.learning_rate, 3)
+    )
 }
 
 /// The class of an effect; where these runs do not separate its members, the probability that one of them is present.
@@ -235,7 +248,10 @@ pub fn causes_note(diagnosis: &Diagnosis) -> String {
         );
     }
     if causes().any(|cause| is_parameter_change(cause.effect)) {
-        notes.push("Tolerance: that of the motor file, 5\u{a0}% where it states none; smaller changes are re-identified parameters.");
+        notes.push(match diagnosis.reference {
+            Some(_) => "Tolerance: that of the reference's parameters.",
+            None => "Tolerance: that of the motor file; where it states none, 5\u{a0}% with heavy tails, so that even a severalfold change may be re-identified parameters.",
+        });
     }
     notes.join(" ")
 }
@@ -256,7 +272,7 @@ pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
 /// A 95 % interval of a parameter.
 pub fn interval_words(interval: &Interval) -> String {
     match interval.lo95 == interval.hi95 {
-        true => "not fitted".to_owned(),
+        true => "fixed".to_owned(),
         false => format!(
             "{} to {}",
             figure(interval.lo95, 4),
@@ -283,8 +299,11 @@ pub fn value_column(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// Name of the column of the motor file's values.
-pub const MOTOR_FILE_COLUMN: &str = "motor file";
+/// Name of the column of the motor file's values; `None` without a file, or where the values are the file's.
+pub fn motor_file_column(diagnosis: &Diagnosis) -> Option<&'static str> {
+    let has_file = diagnosis.identifiable.motor_file.is_some();
+    (has_file && diagnosis.verdict != Verdict::NoGap).then_some("motor file")
+}
 
 /// Name and unit of the residual: a torque, or the command where no torque is known.
 pub(super) fn residual_words(diagnosis: &Diagnosis) -> (&'static str, &'static str) {
@@ -313,11 +332,20 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
         return "The command is a torque, so that torques are known in N m.".to_owned();
     }
     if !diagnosis.has_torque() {
+        // As in the next step.
+        let file = match diagnosis.effects.is_empty() {
+            true => "fitted.toml",
+            false => "diagnosed.toml",
+        };
         return match diagnosis.command_kind {
-            CommandKind::Voltage => "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor with `--model-out diagnosed.toml`, then `motorlab motor diagnosed.toml --resistance OHM`.",
-            _ => "The torque constant is not known: friction and loads are in units of the command.",
-        }
-        .to_owned();
+            CommandKind::Voltage => format!(
+                "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor with `--model-out {file}`, then `motorlab motor {file} --resistance OHM`."
+            ),
+            _ => {
+                "The torque constant is not known: friction and loads are in units of the command."
+                    .to_owned()
+            }
+        };
     }
     let ratio = match diagnosis.command_kind {
         CommandKind::Voltage => "R/Kt",
