@@ -200,7 +200,7 @@ impl<'a> Responses<'a> {
                 ("jumps", self.fitted.len() as f64),
                 ("log_likelihood_ratio", found.log_ratio),
             ],
-            "if the log has the command a row too early, shift it; else a bus, a filter or an inductance delays it (effect transport_delay)",
+            "if the log has the command a row too early, shift the column; else the response is delayed by a bus (effect transport_delay), a filter (speed_filter) or the winding (inductance)",
         ))
     }
 

@@ -38,7 +38,7 @@ impl fmt::Display for SearchStep {
         }
         writeln!(
             f,
-            "  {} fits so far; best set: {} (score {:.1}, {:.3} counts RMS)",
+            "  {} fits so far, some of one set from other starts; best set: {} (score {:.1}, {:.3} counts RMS)",
             self.fitted,
             named(&self.best),
             self.score,

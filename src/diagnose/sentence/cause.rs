@@ -60,7 +60,7 @@ fn not_visible(diagnosis: &Diagnosis) -> String {
     let repeats = repeatability_above_error(diagnosis);
     repeats.map_or_else(String::new, |repeats| {
         format!(
-            " The repeatability is {} counts: the difference over a segment between runs with the same command, also that of their initial speeds, which the model's error excludes (initial-state correction). Smaller effects are not visible.",
+            " Runs with the same command differ by {} counts over a segment (repeatability). This includes the difference of their speeds at its start, which the model's error does not: it is an upper limit of the noise, and smaller effects are not visible.",
             counts(repeats)
         )
     })

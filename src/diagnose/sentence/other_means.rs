@@ -130,7 +130,7 @@ fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
             let measured = capitalized(&measured.join("; "));
             match (limits.as_slice(), bounded) {
                 ([only], [_]) if measured.contains(&format!("{} =", only.key)) => format!(
-                    "{measured}. If you measure {} than {}, {names} {is} not the cause; if {},",
+                    "{measured}. If you measure clearly {} than {}, {names} {is} not the only cause; if about that or {},",
                     only.inside(),
                     only.value,
                     only.beyond()

@@ -168,7 +168,7 @@ pub fn measured(diagnosis: &Diagnosis) -> String {
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     format!(
-        "Prediction error of the position over segments of {} s (median), {}. Errors are measured {} {}. Noise floor {} counts ({}{}).",
+        "Prediction error of the position over segments of {} s (median), {}. Held-out errors are measured {} {}. Noise floor {} counts ({}{}).",
         figure(gap.horizon_s, 3),
         match gap.travel {
             0.0 => "of which more than half are at standstill".to_owned(),
@@ -209,7 +209,7 @@ pub fn fitted_words(diagnosis: &Diagnosis) -> String {
 pub fn sets_note(diagnosis: &Diagnosis) -> String {
     let score = match diagnosis.scoring.score {
         "likelihood" => {
-            "Compare sets by log score, higher is better: the RMS is not what is fitted, each residual is weighted by its expected variance."
+            "Compare sets by log score (higher is better), not by RMS: the fit divides each residual by its expected standard deviation."
         }
         _ => {
             "Log score: -N ln(RMS) less a penalty for each parameter, N being the effective number of observations; higher is better."
@@ -244,13 +244,13 @@ pub fn causes_note(diagnosis: &Diagnosis) -> String {
     let mut notes = Vec::new();
     if causes().any(|cause| class_of(cause.effect).is_some()) {
         notes.push(
-            "Class: effects that look alike in most recordings; P together: that one of them is present.",
+            "Class: effects that look alike in most recordings. P together, where it is printed: that at least one of them is present.",
         );
     }
     if causes().any(|cause| is_parameter_change(cause.effect)) {
         notes.push(match diagnosis.reference {
             Some(_) => "Tolerance: that of the reference's parameters.",
-            None => "Tolerance: that of the motor file; where it states none, 5\u{a0}% with heavy tails, so that even a severalfold change may be re-identified parameters.",
+            None => "Tolerance: a prior, no limit: the motor file's, else 5\u{a0}% with heavy tails, by which even a severalfold change may count as re-identified parameters.",
         });
     }
     notes.join(" ")
