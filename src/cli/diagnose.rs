@@ -15,11 +15,10 @@ use super::output_file::{Force, Form};
 use super::progress::{set_share, spinner};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
-use crate::board::Profile;
 use crate::check::{Finding, check_training, is_fatal};
 use crate::diagnose::{
-    BadRecording, DESIGN, GoodEnough, NominalSource, Options, Role, RunFacts, Settings, WithRuns,
-    diagnose, nominal_fit,
+    BadRecording, GoodEnough, NominalSource, Options, Role, RunFacts, Settings, WithRuns, diagnose,
+    nominal_fit,
 };
 use crate::hint::In;
 use crate::motor::{Motor, read_motor};
@@ -209,7 +208,6 @@ impl Diagnose {
         diagnosis.model.resistance_assumed =
             known.si.is_none() && known.electrical_time_constant_s.is_some();
         diagnosis.rewrite_next(|next| self.next_after(next));
-        diagnosis.rewrite_next(|next| self.with_own_profile(next, &runs));
         if let Some(path) = &self.model_out {
             outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
         }
@@ -259,23 +257,6 @@ impl Diagnose {
             "{before}Next, simulate with the motor that was written: `motorlab simulate --motor {}`.",
             quoted(&path.to_string_lossy())
         ))
-    }
-
-    /// The next step with the runs' profile and the motor file in its plan, where they are stated.
-    fn with_own_profile(&self, next: &str, runs: &[Run]) -> Option<String> {
-        let stated = |run: &Run| {
-            let name = run.header.get("profile")?.as_str()?;
-            let profile = Profile::named(name, run.supply_v?, 1.0).ok()?;
-            Some(profile.name)
-        };
-        let profile = runs.iter().find_map(stated);
-        let motor = self.motor.file().map(|path| path.to_string_lossy());
-        let motor = motor.map_or_else(String::new, |path| format!(" --motor {}", quoted(&path)));
-        let profile = match &profile {
-            Some(profile) => format!("design --profile {}", quoted(profile)),
-            None => DESIGN.to_owned(),
-        };
-        (next.contains(DESIGN)).then(|| next.replacen(DESIGN, &format!("{profile}{motor}"), 1))
     }
 
     /// A run that is fitted cannot be held out as well.

@@ -7,7 +7,7 @@ mod next;
 mod other_means;
 mod words;
 
-pub(crate) use next::{DESIGN, after_warnings};
+pub(crate) use next::after_warnings;
 use other_means::{is_at_limit, other_means};
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};

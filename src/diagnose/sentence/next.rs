@@ -98,7 +98,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
         }
         Verdict::NoGap | Verdict::NoChange => {
             format!(
-                " No recording shows every effect: `motorlab {DESIGN}` lists those that a profile hardly shows."
+                " No recording shows every effect: `motorlab design --profile reversing` lists those that a profile hardly shows."
             )
         }
         _ => String::new(),
@@ -143,9 +143,6 @@ fn record(diagnosis: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
         command(&again, "next.csv among the runs")
     )
 }
-
-/// The plan of a profile in the next step.
-pub(crate) const DESIGN: &str = "design --profile reversing";
 
 /// The next step after warnings about the recordings; `None` without any.
 pub(crate) fn after_warnings(next: &str, findings: &[Finding]) -> Option<String> {
