@@ -55,9 +55,12 @@ fn simulations_of_each_diagnosis_are_bounded() {
     }
 }
 
-/// Twice the samples are at most twice the work.
+/// Four times the samples are at most four times the work, within the tolerance for each doubling: single fits end a step earlier or later.
 #[test]
 fn work_grows_no_faster_than_the_samples() {
-    let (once, twice) = (work(&[], SAMPLES), work(&[], 2 * SAMPLES));
-    assert!(twice < (1.0 + CHANGED) * once, "{once} {twice}");
+    let (once, fourfold) = (work(&[], SAMPLES), work(&[], 4 * SAMPLES));
+    assert!(
+        fourfold < (1.0 + CHANGED).powi(2) * once,
+        "{once} {fourfold}"
+    );
 }
