@@ -263,7 +263,7 @@ pub(crate) fn note(
     if scoring.score == "likelihood" && scoring.random_load_share > 0.0 {
         notes.extend(random_load(diagnosis).map(|[other, floor]| {
             format!(
-                "What no effect is named for is taken as a random load torque of {} of the stall torque (estimated), which raises the noise floor from {other} to {floor} counts.",
+                "The rest of the error is taken as a random load torque of {} of the stall torque (estimated), which raises the noise floor from {other} to {floor} counts.",
                 percent(scoring.random_load_share)
             )
         }));
