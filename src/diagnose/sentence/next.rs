@@ -97,9 +97,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             " This motor imitates these runs; its parameters are no measurement.".to_owned()
         }
         Verdict::NoGap | Verdict::NoChange => {
-            format!(
-                " No recording shows every effect: `motorlab design --profile reversing` lists those that a profile hardly shows."
-            )
+            " No recording shows every effect: `motorlab design --profile reversing` lists those that a profile hardly shows.".to_owned()
         }
         _ => String::new(),
     };
