@@ -55,12 +55,9 @@ fn simulations_of_each_diagnosis_are_bounded() {
     }
 }
 
-/// Four times the samples are at most four times the work, within the tolerance for each doubling: single fits end a step earlier or later.
+/// Twice the samples are at most twice the work, for recordings in which a single step of a fit is a small part of it.
 #[test]
 fn work_grows_no_faster_than_the_samples() {
-    let (once, fourfold) = (work(&[], SAMPLES), work(&[], 4 * SAMPLES));
-    assert!(
-        fourfold < (1.0 + CHANGED).powi(2) * once,
-        "{once} {fourfold}"
-    );
+    let (once, twice) = (work(&[], 2 * SAMPLES), work(&[], 4 * SAMPLES));
+    assert!(twice < (1.0 + CHANGED) * once, "{once} {twice}");
 }
