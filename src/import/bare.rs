@@ -1,82 +1,83 @@
-//! A line without what programs print around its numbers: the brackets of a list, a tuple or an object, the bars of a table, the marks of a frame,
-//! the dash of a list in YAML, the prefix of a log of ESP-IDF or ROS, the colours of a terminal. A rule between names and rows is an empty line.
+//! Removal of the formatting around the numbers of a line: brackets of lists, tuples and objects, bars and rules of
+//! tables, comment marks as frame delimiters, YAML's dash, the prefix of an ESP-IDF or ROS log, terminal colours.
+//!
+//! In: a line. Out: its content; empty for a rule, a prompt, and a line of brackets only.
 
 use std::borrow::Cow;
 
 use super::labels::pairs;
-use super::logger::of_ros;
+use super::logger::ros_message;
 
-/// Characters that a rule is drawn with.
-const RULE: &[u8] = b"-=+|:_,; \t\r";
-/// Of a list, on a line of their own.
-const BRACKETS: &[u8] = b"[](),; ";
-/// Of MATLAB and Python, below what they printed.
+const RULE_CHARACTERS: &[u8] = b"-=+|:_,; \t\r";
+/// Begin or end of a list on a line of its own.
+const BRACKET_LINE: &[u8] = b"[](),; ";
+/// Of MATLAB and Python, after their output.
 const PROMPTS: [&[u8]; 2] = [b">>", b">>>"];
-/// So many of them in a row are a rule, and no minus before a number.
-const LEAST_RULE: usize = 3;
+/// A shorter run may be a minus sign or an empty cell.
+const LEAST_RULE_RUN: usize = 3;
 
-/// Rest of a line.
 pub(super) fn bare(line: &[u8]) -> Cow<'_, [u8]> {
     let text = line.trim_ascii();
     match text.first() {
         Some(0x1b) => Cow::Owned(bare(&without_colours(text)).into_owned()),
         Some(b'-' | b'=' | b'+' | b'|' | b':' | b'_') if is_rule(text) => Cow::Borrowed(b""),
-        Some(b'[' | b']' | b'(' | b')') if text.iter().all(|byte| BRACKETS.contains(byte)) => {
+        Some(b'[' | b']' | b'(' | b')') if text.iter().all(|byte| BRACKET_LINE.contains(byte)) => {
             Cow::Borrowed(b"")
         }
         Some(b'>') if PROMPTS.contains(&text) => Cow::Borrowed(b""),
         Some(b'|') => between(text, b"|", b"|"),
         Some(b'/') => between(text, b"/*", b"*/"),
-        Some(b'{') => braced(text),
+        Some(b'{') => brace_content(text),
         Some(b'-') if text.starts_with(b"- {") || text.starts_with(b"- [") => {
             Cow::Owned(bare(&text[2..]).into_owned())
         }
-        Some(b'(' | b'[') => of_ros(text).map_or_else(|| listed(text), Cow::Owned),
+        Some(b'(' | b'[') => ros_message(text).map_or_else(|| list_row(text), Cow::Owned),
         Some(b'a' | b'n') => {
-            let list = [&b"array("[..], b"np.array("]
+            let array = [&b"array("[..], b"np.array("]
                 .into_iter()
-                .find_map(|begins| text.strip_prefix(begins));
-            list.map_or(Cow::Borrowed(line), listed)
+                .find_map(|prefix| text.strip_prefix(prefix));
+            array.map_or(Cow::Borrowed(line), list_row)
         }
         Some(b'E' | b'W' | b'I' | b'D' | b'V') => {
-            logged(text).map_or(Cow::Borrowed(line), Cow::Owned)
+            esp_idf_message(text).map_or(Cow::Borrowed(line), Cow::Owned)
         }
         _ => Cow::Borrowed(line),
     }
 }
 
 fn is_rule(text: &[u8]) -> bool {
-    let drawn = |byte: &u8| matches!(byte, b'-' | b'=' | b'_');
-    text.iter().all(|byte| RULE.contains(byte))
+    let is_line = |byte: &u8| matches!(byte, b'-' | b'=' | b'_');
+    text.iter().all(|byte| RULE_CHARACTERS.contains(byte))
         && text
             .chunk_by(|a, b| a == b)
-            .any(|run| run.len() >= LEAST_RULE && drawn(&run[0]))
+            .any(|run| run.len() >= LEAST_RULE_RUN && is_line(&run[0]))
 }
 
-fn between<'a>(text: &'a [u8], begins: &[u8], ends: &[u8]) -> Cow<'a, [u8]> {
+fn between<'a>(text: &'a [u8], prefix: &[u8], suffix: &[u8]) -> Cow<'a, [u8]> {
     let inner = text
-        .strip_prefix(begins)
-        .and_then(|text| text.strip_suffix(ends));
+        .strip_prefix(prefix)
+        .and_then(|text| text.strip_suffix(suffix));
     Cow::Borrowed(inner.unwrap_or(text))
 }
 
-/// `{0, 3, 255},` of C, `{t: 0, pos: 3}` of JavaScript. With quotes inside it is JSON.
-fn braced(text: &[u8]) -> Cow<'_, [u8]> {
-    let is_between = |byte: &u8| matches!(byte, b',' | b';' | b' ');
-    let end = text.iter().rposition(|byte| !is_between(byte));
+/// Content of `{0, 3, 255},` of C or `{t: 0, pos: 3}` of JavaScript. Quotes are JSON's and bars are MegunoLink's, whose
+/// own readers need the braces.
+fn brace_content(text: &[u8]) -> Cow<'_, [u8]> {
+    let is_separator = |byte: &u8| matches!(byte, b',' | b';' | b' ');
+    let end = text.iter().rposition(|byte| !is_separator(byte));
     let inner = text[..end.map_or(0, |at| at + 1)]
         .strip_prefix(b"{")
         .and_then(|text| text.strip_suffix(b"}"));
-    let is_bare = |inner: &&[u8]| {
+    let is_plain = |inner: &&[u8]| {
         !inner
             .iter()
             .any(|byte| matches!(byte, b'{' | b'}' | b'"' | b'\'' | b'|'))
     };
-    Cow::Borrowed(inner.filter(is_bare).unwrap_or(text))
+    Cow::Borrowed(inner.filter(is_plain).unwrap_or(text))
 }
 
-/// `(0, 3, 255)`, `[10, 0, 0],`, `[[0. 0. 0.]`: one row of a list. Brackets inside are names or units.
-fn listed(text: &[u8]) -> Cow<'_, [u8]> {
+/// Content of one row of a list: `(0, 3, 255)`, `[10, 0, 0],`, `[[0. 0. 0.]`. Brackets inside belong to names or units.
+fn list_row(text: &[u8]) -> Cow<'_, [u8]> {
     let opens = |byte: &u8| matches!(byte, b'(' | b'[' | b' ');
     let closes = |byte: &u8| matches!(byte, b')' | b']' | b',' | b';' | b' ');
     let from = text
@@ -95,8 +96,8 @@ fn listed(text: &[u8]) -> Cow<'_, [u8]> {
     Cow::Borrowed(if is_nested || !is_closed { text } else { inner })
 }
 
-/// `I (1234) motor: pos=3 duty=255` of ESP-IDF: milliseconds since the start, and the message.
-fn logged(text: &[u8]) -> Option<Vec<u8>> {
+/// Time in ms since the start and message of a line of ESP-IDF: `I (1234) motor: pos=3 duty=255`.
+fn esp_idf_message(text: &[u8]) -> Option<Vec<u8>> {
     let after = text[1..].strip_prefix(b" (")?;
     let digits = after
         .iter()
@@ -105,14 +106,14 @@ fn logged(text: &[u8]) -> Option<Vec<u8>> {
     let (ms, after) = after.split_at(digits);
     let after = after.strip_prefix(b") ")?;
     let message = after[after.windows(2).position(|two| two == b": ")? + 2..].trim_ascii();
-    let (before, between): (&[u8], &[u8]) = match pairs(message) {
+    let (label, separator): (&[u8], &[u8]) = match pairs(message) {
         Some(_) => (b"log_ms:", b" "),
         None => (b"", b","),
     };
-    Some([before, ms, between, message].concat())
+    Some([label, ms, separator, message].concat())
 }
 
-/// Without the escape sequences that set colours: `ESC [ 0 ; 3 2 m`.
+/// Removes the escape sequences of colours (SGR of ECMA-48): `ESC[0;32m`.
 fn without_colours(text: &[u8]) -> Vec<u8> {
     let mut plain = Vec::with_capacity(text.len());
     let mut is_escaped = false;
@@ -132,8 +133,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stands_around_the_numbers_is_taken_off() {
-        for (line, left) in [
+    fn formatting_around_the_numbers_is_removed() {
+        for (line, expected) in [
             ("(0, 3, 255)", "0, 3, 255"),
             ("[10, 0, 0],", "10, 0, 0"),
             ("[[0.   0.1  0. ]", "0.   0.1  0."),
@@ -164,7 +165,7 @@ mod tests {
             ("", ""),
         ] {
             let found = bare(line.as_bytes());
-            assert_eq!(String::from_utf8_lossy(&found), left, "{line}");
+            assert_eq!(String::from_utf8_lossy(&found), expected, "{line}");
         }
     }
 }

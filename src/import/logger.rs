@@ -1,6 +1,9 @@
-//! Headers that loggers print before a message: `2026-04-13 12:34:56,789 INFO motor: pwm=80` of Python, `2026-04-13 12:34:56.789 | INFO
-//! | main:go:12 - pwm=80` of loguru, `[INFO] [1690000000.123456789] [motor]: pwm: 80` of ROS, `Apr 13 12:34:56 host motor[812]: pwm=80` of syslog
-//! and systemd's journal.
+//! From a line of a logger to its message, and for ROS its time:
+//!
+//! - `2026-04-13 12:34:56,789 INFO motor: pwm=80` of Python,
+//! - `2026-04-13 12:34:56.789 | INFO | main:go:12 - pwm=80` of loguru,
+//! - `Apr 13 12:34:56 host motor[812]: pwm=80` of syslog and systemd's journal,
+//! - `[INFO] [1690000000.123456789] [motor]: pwm: 80` of ROS.
 
 use super::labels::pairs;
 
@@ -14,29 +17,31 @@ const LEVELS: [&[u8]; 8] = [
     b"FATAL",
     b"TRACE",
 ];
-/// The level is among the first words after the time.
+/// The level is among so many words after the time stamp; a later one is text of the message.
 const LEVEL_WORDS: usize = 4;
 
-/// The message after a time stamp, if a level or the name of a process is between them: its numbers with labels, or separated.
+/// The message in the text after a time stamp, if a level or a process precedes it.
 pub(super) fn message(rest: &[u8]) -> Option<&[u8]> {
-    of_syslog(rest).or_else(|| after_level(rest))
+    syslog_message(rest).or_else(|| message_after_level(rest))
 }
 
-/// Of syslog and systemd's journal: ` host motor[812]: pwm=80`.
-fn of_syslog(rest: &[u8]) -> Option<&[u8]> {
+/// Of ` host motor[812]: pwm=80`.
+fn syslog_message(rest: &[u8]) -> Option<&[u8]> {
     let mut words = rest.strip_prefix(b" ")?.splitn(3, |byte| *byte == b' ');
     let (_, process, message) = (words.next()?, words.next()?, words.next()?);
-    let mut name = process
+    let mut id_and_name = process
         .strip_suffix(b"]:")?
         .rsplitn(2, |byte| *byte == b'[');
-    let is_number = name.next()?.iter().all(u8::is_ascii_digit);
-    (is_number && name.next().is_some()).then_some(message)
+    let is_id = id_and_name.next()?.iter().all(u8::is_ascii_digit);
+    (is_id && id_and_name.next().is_some()).then_some(message)
 }
 
-fn after_level(rest: &[u8]) -> Option<&[u8]> {
-    let is_between = |byte: &u8| matches!(byte, b' ' | b'|' | b'-' | b'[' | b']' | b':');
+/// Separators also occur in the name of the logger, so that the message begins at the first labelled number, or else at
+/// the first digit after a separator and a blank.
+fn message_after_level(rest: &[u8]) -> Option<&[u8]> {
+    let is_separator = |byte: &u8| matches!(byte, b' ' | b'|' | b'-' | b'[' | b']' | b':');
     let mut at = 0;
-    let mut words = rest.split(is_between).map(|word| {
+    let mut words = rest.split(is_separator).map(|word| {
         let end = at + word.len();
         at = end + 1;
         (word, end)
@@ -45,23 +50,23 @@ fn after_level(rest: &[u8]) -> Option<&[u8]> {
     let is_level = |(word, _): &(&[u8], usize)| LEVELS.contains(word);
     let (_, end) = words.take(LEVEL_WORDS).find(is_level)?;
     let after = &rest[end..];
-    let begins =
-        (1..after.len()).filter(|&at| is_between(&after[at - 1]) && !is_between(&after[at]));
-    let mut messages = begins.map(|at| &after[at..]);
+    let starts =
+        (1..after.len()).filter(|&at| is_separator(&after[at - 1]) && !is_separator(&after[at]));
+    let mut messages = starts.map(|at| &after[at..]);
     messages
         .clone()
-        .find(|message| has_number(message))
+        .find(|message| has_labelled_number(message))
         .or_else(|| {
-            let is_marked = |message: &&[u8]| {
+            let is_separated = |message: &&[u8]| {
                 let before = &after[..after.len() - message.len()];
                 matches!(before, [.., b':' | b'-' | b'|' | b']', b' '])
             };
-            messages.find(|message| is_marked(message) && message[0].is_ascii_digit())
+            messages.find(|message| is_separated(message) && message[0].is_ascii_digit())
         })
 }
 
-/// Whether a message is of pairs of a label and a value, one of which is a number.
-fn has_number(message: &[u8]) -> bool {
+/// Whether a message consists of labelled values with a number among them.
+fn has_labelled_number(message: &[u8]) -> bool {
     let is_number = |value: &[u8]| {
         let text = std::str::from_utf8(value).unwrap_or_default();
         text.parse::<f64>().is_ok_and(f64::is_finite)
@@ -69,8 +74,8 @@ fn has_number(message: &[u8]) -> bool {
     pairs(message).is_some_and(|found| found.iter().any(|(_, value, _)| is_number(value)))
 }
 
-/// Of ROS: the seconds, and the message.
-pub(super) fn of_ros(text: &[u8]) -> Option<Vec<u8>> {
+/// Time in s and message of a line of ROS.
+pub(super) fn ros_message(text: &[u8]) -> Option<Vec<u8>> {
     let (level, after) = bracketed(text)?;
     let (s, after) = bracketed(after.strip_prefix(b" ")?)?;
     let is_time = s.contains(&b'.') && s.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.');
@@ -82,14 +87,14 @@ pub(super) fn of_ros(text: &[u8]) -> Option<Vec<u8>> {
         None => after,
     };
     let message = after.strip_prefix(b": ")?;
-    let (before, between): (&[u8], &[u8]) = match pairs(message) {
+    let (label, separator): (&[u8], &[u8]) = match pairs(message) {
         Some(_) => (b"log_s:", b" "),
         None => (b"", b","),
     };
-    Some([before, s, between, message].concat())
+    Some([label, s, separator, message].concat())
 }
 
-/// The content of brackets, and what follows.
+/// Content of leading brackets, and the rest.
 fn bracketed(text: &[u8]) -> Option<(&[u8], &[u8])> {
     let inside = text.strip_prefix(b"[")?;
     let end = memchr::memchr(b']', inside)?;
@@ -131,7 +136,7 @@ mod tests {
             ("[INFO] [motor]: pwm: 80", None),
             ("[1690.25] pwm: 80", None),
         ] {
-            let found = of_ros(line.as_bytes());
+            let found = ros_message(line.as_bytes());
             assert_eq!(
                 found,
                 expected.map(|text| text.as_bytes().to_vec()),

@@ -1,5 +1,5 @@
-//! Output of `to_json` of pandas for a frame, in each of its orients. An index that is more than the numbers of the rows is a
-//! column.
+//! Data frames of pandas as `DataFrame.to_json` writes them: from the orients `split`, `table`, `index` and `columns`
+//! to a table. An index other than the row numbers becomes a column.
 
 use serde_json::{Map, Value};
 
@@ -8,34 +8,33 @@ use super::json::{Columns, number};
 use super::{Form, FormatError};
 
 const FORM: Form = Form::Json;
-/// Fewest rows.
+/// An object with fewer rows is a nested document.
 const LEAST_ROWS: usize = 3;
-/// Name of the column of the index.
-const INDEX: &str = "index";
+const INDEX_COLUMN: &str = "index";
 
-/// A frame by rows: `split`, `table` or `index`.
+/// A frame in the orient `split`, `table` or `index`.
 pub(super) fn of_pandas(map: &Map<String, Value>) -> Result<Option<Table>, FormatError> {
     let list = |key: &str| map.get(key).and_then(Value::as_array);
     let has_fields = map
         .get("schema")
         .is_some_and(|schema| schema.get("fields").is_some());
     match (list("columns"), list("data")) {
-        (Some(names), Some(rows)) => split(names, rows, list("index")),
+        (Some(names), Some(rows)) => split_orient(names, rows, list("index")),
         (None, Some(rows)) if has_fields => {
             let mut columns = Columns::default();
             rows.iter().try_for_each(|row| columns.row(row))?;
             Ok(Some(columns.table()))
         }
-        _ => by_rows(map),
+        _ => index_orient(map),
     }
 }
 
-fn split(
+fn split_orient(
     names: &[Value],
     rows: &[Value],
     index: Option<&Vec<Value>>,
 ) -> Result<Option<Table>, FormatError> {
-    let names: Option<Vec<String>> = names.iter().map(name_of).collect();
+    let names: Option<Vec<String>> = names.iter().map(column_name).collect();
     let rows: Option<Vec<&Vec<Value>>> = rows.iter().map(Value::as_array).collect();
     let (Some(names), Some(rows)) = (names, rows) else {
         return Ok(None);
@@ -44,11 +43,11 @@ fn split(
         return Ok(None);
     }
     let index: Option<Vec<f64>> = index.and_then(|index| index.iter().map(number).collect());
-    let index = index.filter(|index| index.len() == rows.len() && is_more_than_numbers(index));
+    let index = index.filter(|index| index.len() == rows.len() && differs_from_row_numbers(index));
     let mut columns = Columns::default();
     for (at, row) in rows.into_iter().enumerate() {
         if let Some(index) = &index {
-            columns.put(INDEX, index[at]);
+            columns.put(INDEX_COLUMN, index[at]);
         }
         for (name, value) in names.iter().zip(row) {
             columns.put_value(name, value, 1);
@@ -58,34 +57,34 @@ fn split(
     Ok(Some(columns.table()))
 }
 
-/// An object of rows, whose keys are the index.
-fn by_rows(map: &Map<String, Value>) -> Result<Option<Table>, FormatError> {
+/// An object of rows with the index as keys.
+fn index_orient(map: &Map<String, Value>) -> Result<Option<Table>, FormatError> {
     let is_row = |row: &&Value| {
         let names = row.as_object().map(Map::keys);
         names.is_some_and(|mut names| names.all(|name| name.parse::<f64>().is_err()))
     };
     let is_frame =
         |(_, rows): &(Vec<f64>, Vec<&Value>)| rows.len() >= LEAST_ROWS && rows.iter().all(is_row);
-    let Some((index, rows)) = by_index(map).filter(is_frame) else {
+    let Some((index, rows)) = sorted_by_index(map).filter(is_frame) else {
         return Ok(None);
     };
-    let is_told = is_more_than_numbers(&index);
+    let has_index_column = differs_from_row_numbers(&index);
     let mut columns = Columns::default();
     for (index, row) in index.iter().zip(rows) {
-        if is_told {
-            columns.put(INDEX, *index);
+        if has_index_column {
+            columns.put(INDEX_COLUMN, *index);
         }
         columns.row(row)?;
     }
     Ok(Some(columns.table()))
 }
 
-/// Lists of one length, or a frame by columns: an object of objects, whose keys are the index.
+/// Lists of equal length, or the orient `columns`: an object of columns with the index as keys.
 pub(super) fn of_columns(map: &Map<String, Value>) -> Option<Table> {
-    let numbers = |value: &Value| -> Option<Indexed> {
+    let indexed_numbers = |value: &Value| -> Option<Indexed> {
         let (index, values): (Vec<f64>, Vec<&Value>) = match value {
             Value::Array(values) => (Vec::new(), values.iter().collect()),
-            Value::Object(rows) => by_index(rows)?,
+            Value::Object(rows) => sorted_by_index(rows)?,
             _ => return None,
         };
         let cell = |value: &Value| match value {
@@ -98,45 +97,45 @@ pub(super) fn of_columns(map: &Map<String, Value>) -> Option<Table> {
         name: name.to_owned(),
         unit: None,
     };
-    let read = |(name, value): (&String, &Value)| Some((column(name), numbers(value)?));
+    let read = |(name, value): (&String, &Value)| Some((column(name), indexed_numbers(value)?));
     let found: Vec<(TableColumn, Indexed)> = map.iter().filter_map(read).collect();
     let (index, first) = found.first().map(|(_, first)| first)?;
     let (index, rows) = (index.clone(), first.len());
-    let is_one =
+    let has_same_rows =
         |(_, (other, numbers)): &(TableColumn, Indexed)| *other == index && numbers.len() == rows;
-    if rows < LEAST_ROWS || found.len() < 2 || !found.iter().all(is_one) {
+    if rows < LEAST_ROWS || found.len() < 2 || !found.iter().all(has_same_rows) {
         return None;
     }
-    let index = Some(index).filter(|index| is_more_than_numbers(index));
-    let index = index.map(|index| (column(INDEX), index)).into_iter();
+    let index = Some(index).filter(|index| differs_from_row_numbers(index));
+    let index = index.map(|index| (column(INDEX_COLUMN), index)).into_iter();
     let columns = found
         .into_iter()
         .map(|(column, (_, numbers))| (column, numbers));
     Some(Table::whole(index.chain(columns).collect()))
 }
 
-/// The index of a column, empty where it has none, and its values.
+/// Index of a column, empty for a list, and its numbers.
 type Indexed = (Vec<f64>, Vec<f64>);
 
-fn is_more_than_numbers(index: &[f64]) -> bool {
+fn differs_from_row_numbers(index: &[f64]) -> bool {
     index.iter().enumerate().any(|(at, x)| *x != at as f64)
 }
 
-/// The name of a column; those of several levels are joined.
-fn name_of(value: &Value) -> Option<String> {
+/// The levels of a `MultiIndex` are joined.
+fn column_name(value: &Value) -> Option<String> {
     match value {
         Value::String(name) => Some(name.clone()),
         Value::Number(number) => Some(number.to_string()),
         Value::Array(levels) => {
-            let levels: Option<Vec<String>> = levels.iter().map(name_of).collect();
+            let levels: Option<Vec<String>> = levels.iter().map(column_name).collect();
             levels.map(|levels| levels.join("."))
         }
         _ => None,
     }
 }
 
-/// The keys as an index, and the values, in its order.
-fn by_index(map: &Map<String, Value>) -> Option<(Vec<f64>, Vec<&Value>)> {
+/// Index and values in the order of the index: the map's keys are sorted as text.
+fn sorted_by_index(map: &Map<String, Value>) -> Option<(Vec<f64>, Vec<&Value>)> {
     let key = |(key, value)| Some((number(&Value::String(String::clone(key)))?, value));
     let mut rows: Vec<(f64, &Value)> = map.iter().map(key).collect::<Option<_>>()?;
     rows.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,4 +1,5 @@
-//! Names and units of the columns, from the lines above the first row.
+//! From the lines above the first row to names and units of the columns, and to the mapping's keys `skip_lines`,
+//! `names` and `unit_lines`.
 
 use super::super::cells::{Cells, Separator, decode, number};
 use super::super::labels::labels;
@@ -9,8 +10,8 @@ use super::survey::Survey;
 use super::table::{Layout, Numbered};
 use super::units::unit_of;
 
-/// Rows that show whether the first cell is their number.
-const INDEXED: usize = 3;
+/// Rows that are tested for an index in the first cell.
+const INDEX_ROWS: usize = 3;
 
 pub(super) fn cells_of(line: &[u8], separator: Separator) -> Vec<String> {
     let mut cells = Cells::default();
@@ -28,10 +29,10 @@ fn is_name(cell: &str) -> bool {
     !cell.is_empty() && number(cell.as_bytes(), true, "").is_err()
 }
 
-/// Whether no cell is a number, ignoring a terminal's stamp and the unnamed index of pandas.
+/// Whether no cell is a number, except for a terminal's time stamp and the unnamed index of pandas.
 pub(super) fn all_words(cells: &[String]) -> bool {
-    let is_apart = |cell: &String| cell.is_empty() || stamp(cell.as_bytes()).is_some();
-    let from = usize::from(cells.first().is_some_and(is_apart));
+    let is_stamp_or_index = |cell: &String| cell.is_empty() || stamp(cell.as_bytes()).is_some();
+    let from = usize::from(cells.first().is_some_and(is_stamp_or_index));
     cells.len() > from && cells[from..].iter().all(|cell| is_name(cell))
 }
 
@@ -60,7 +61,6 @@ fn is_units(cells: &[String]) -> bool {
     cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(is_unit)
 }
 
-/// Names, units and the lines before them, from the lines above the first row.
 pub(super) fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
     let lines_before_rows = table[layout.first].0 - 1;
     if layout.separator == Separator::Labels {
@@ -80,18 +80,18 @@ pub(super) fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layo
     };
     let is_header =
         |cells: &[String]| all_words(cells) && cells.len() == layout.columns && !is_banner(cells);
-    let fits = |header: &Option<(u64, Vec<String>)>| {
+    let is_header_line = |header: &Option<(u64, Vec<String>)>| {
         header.as_ref().is_some_and(|(_, cells)| is_header(cells))
     };
-    let (first, second) = (above(1), above(2));
-    let has_units = fits(&second)
-        && first
+    let (last, second_last) = (above(1), above(2));
+    let has_units = is_header_line(&second_last)
+        && last
             .as_ref()
             .is_some_and(|(_, cells)| cells.len() <= layout.columns && is_units(cells));
     let (header, units) = if has_units {
-        (second, first)
+        (second_last, last)
     } else {
-        (first, None)
+        (last, None)
     };
     match header {
         Some((line, cells)) if is_header(&cells) => {
@@ -111,12 +111,12 @@ pub(super) fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layo
                 column.unit_line = Some(unit_in(&unit).to_owned());
             }
         }
-        // A line of names without the terminal's stamp of the rows, or without their numbers as of R.
+        // The rows have one cell more than the names: a terminal's time stamp, or the row names of R.
         Some((_, cells))
             if all_words(&cells)
                 && cells.len() + 1 == layout.columns
                 && !is_banner(&cells)
-                && begin_with_index(&table[layout.first..], layout.separator) =>
+                && have_index(&table[layout.first..], layout.separator) =>
         {
             found.file.skip_lines = lines_before_rows;
             found.file.names = Some(false);
@@ -129,15 +129,15 @@ pub(super) fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layo
             found.file.names = Some(false);
             found
                 .notes
-                .extend(short_names(&table[..layout.first], layout));
+                .extend(note_on_commas(&table[..layout.first], layout));
         }
         None => found.file.names = Some(false),
     }
     only_one_of_a_name(&mut found.columns);
 }
 
-/// Meaning of a line of names that has fewer cells than the rows.
-fn short_names(above: &[Numbered], layout: &Layout) -> Option<String> {
+/// Decimal commas make more cells in the rows than in the line of names.
+fn note_on_commas(above: &[Numbered], layout: &Layout) -> Option<String> {
     let mut lines = above
         .iter()
         .rev()
@@ -150,10 +150,10 @@ fn short_names(above: &[Numbered], layout: &Layout) -> Option<String> {
     })
 }
 
-/// Whether the first cells of the first rows are stamps, words or the numbers of the rows.
-fn begin_with_index(rows: &[Numbered], separator: Separator) -> bool {
+/// Whether the first cells are an index: time stamps, words or row numbers.
+fn have_index(rows: &[Numbered], separator: Separator) -> bool {
     let first = |(_, line): &Numbered| cells_of(line, separator).into_iter().next();
-    let firsts: Vec<String> = rows.iter().take(INDEXED).filter_map(first).collect();
+    let firsts: Vec<String> = rows.iter().take(INDEX_ROWS).filter_map(first).collect();
     let numbers: Vec<f64> = (firsts.iter())
         .filter_map(|cell| number(cell.as_bytes(), true, "").ok())
         .collect();
@@ -161,17 +161,17 @@ fn begin_with_index(rows: &[Numbered], separator: Separator) -> bool {
         || (numbers.len() == firsts.len() && numbers.windows(2).all(|two| two[1] - two[0] == 1.0))
 }
 
-/// Whether a line has no names: `out =` of MATLAB, or the lines that a terminal prints after a rule.
+/// Whether a line is `out =` of MATLAB, or a terminal's own, which begins with `---`.
 fn is_banner(cells: &[String]) -> bool {
-    let is_rule = |cell: &String| cell.starts_with("---");
-    cells.last().is_some_and(|last| last == "=") || cells.first().is_some_and(is_rule)
+    let is_of_terminal = |cell: &String| cell.starts_with("---");
+    cells.last().is_some_and(|last| last == "=") || cells.first().is_some_and(is_of_terminal)
 }
 
 /// Columns with a repeated name are referred to by number.
 pub(super) fn only_one_of_a_name(columns: &mut [Column]) {
     let names: Vec<Option<String>> = columns.iter().map(|column| column.name.clone()).collect();
     for column in columns {
-        let twice = names.iter().filter(|name| **name == column.name).count() > 1;
-        column.is_by_name &= !twice;
+        let is_repeated = names.iter().filter(|name| **name == column.name).count() > 1;
+        column.is_by_name &= !is_repeated;
     }
 }

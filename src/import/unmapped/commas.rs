@@ -1,25 +1,24 @@
-//! Signs of decimal commas between comma-separated cells, where the cells cannot be separated.
+//! Detection of decimal commas in comma-separated rows, whose cells and fractions cannot be separated.
 
-/// Cause of more cells than columns, and the remedy.
 pub(super) const COMMAS_WITHIN: &str = "where commas are between the cells and within the numbers, a number is read as two columns; \
                              hint: export it with semicolons between the cells, or with decimal points";
 
-/// Cells with as many digits in every row, a zero before others in one of them.
+/// Cells of one column. Those of a fraction have equally many digits in every row, and some begin with a zero.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Width {
     digits: Option<usize>,
-    is_other: bool,
-    begins_with_zero: bool,
+    has_other_cells: bool,
+    has_leading_zero: bool,
 }
 
 impl Width {
     pub fn take(&mut self, cell: &[u8]) {
         let digits = *self.digits.get_or_insert(cell.len());
-        self.is_other |= digits != cell.len() || !cell.iter().all(u8::is_ascii_digit);
-        self.begins_with_zero |= cell.len() > 1 && cell[0] == b'0';
+        self.has_other_cells |= digits != cell.len() || !cell.iter().all(u8::is_ascii_digit);
+        self.has_leading_zero |= cell.len() > 1 && cell[0] == b'0';
     }
 
     pub fn is_padded(&self) -> bool {
-        self.begins_with_zero && !self.is_other
+        self.has_leading_zero && !self.has_other_cells
     }
 }

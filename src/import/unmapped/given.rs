@@ -1,4 +1,4 @@
-//! Facts about a log from the user: one flag per quantity.
+//! Facts about a log from the user, one flag per quantity: from their text to columns, units and steps.
 
 use super::super::map::ColumnRef;
 use super::unclear::Unclear;
@@ -12,42 +12,42 @@ pub struct GivenFlags {
     pub time: Option<String>,
     /// `COL:UNIT`, `7V@0.95s`, `2*COL-2*COL:UNIT`, `none`.
     pub command: Option<String>,
-    /// Limit of the magnitude of a sum.
+    /// Limit of the magnitude of a command that is a sum.
     pub command_limit: Option<f64>,
-    /// `COL`, or `COL:NUMBER` with the value for backwards; `none`.
+    /// `COL`, or `COL:NUMBER` with the value of the reverse direction; `none`.
     pub direction: Option<String>,
     /// `COL:UNIT`.
     pub position: Option<String>,
     /// `COL:UNIT`.
     pub speed: Option<String>,
-    /// Integration rule of that speed.
+    /// Integration rule of the speed.
     pub integrate: Option<Integration>,
     /// `COL:UNIT`.
     pub current: Option<String>,
     /// Volts, or `COL:UNIT` for a measured supply.
     pub supply: Option<String>,
-    /// Counts of the encoder in one revolution.
+    /// Encoder counts per revolution.
     pub counts_per_rev: Option<f64>,
-    /// Travel of a linear axis in one revolution in m.
+    /// Travel of a linear axis in m per revolution.
     pub m_per_rev: Option<f64>,
-    /// The number of full drive.
+    /// PWM value at full drive.
     pub pwm_full: Option<f64>,
     /// Range after which the position wraps.
     pub wrap: Option<f64>,
-    /// The position column has the counts since the previous row.
+    /// The position column holds the counts since the previous row.
     pub increments: bool,
-    /// The motion is reversed.
+    /// The sign of the motion is inverted.
     pub reverse: bool,
-    /// Whether the encoder lacks a direction.
+    /// Whether the encoder has one channel, and no sign.
     pub unsigned: Option<bool>,
-    /// Decimation.
+    /// Decimation factor.
     pub every: Option<u64>,
-    /// Most runs made by restarts of the clock.
+    /// Most runs into which restarts of the clock split the log.
     pub runs: Option<u64>,
 }
 
 impl GivenFlags {
-    /// The flags as written, in the order of the help.
+    /// Flags and values, as on the command line.
     #[must_use]
     pub fn flags(&self) -> Vec<(&'static str, String)> {
         let texts = [
@@ -91,7 +91,6 @@ impl GivenFlags {
     }
 }
 
-/// A column and, if given, its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct GivenColumn {
     pub column: String,
@@ -99,8 +98,7 @@ pub(super) struct GivenColumn {
 }
 
 impl GivenColumn {
-    /// From `COL:UNIT` or `COL`. The text after the last colon is the unit, unless the whole is a column
-    /// (`is_column`).
+    /// From `COL:UNIT` or `COL`. A column's name may contain a colon: a text that `is_column` has no unit.
     pub fn parse(
         flag: &'static str,
         role: Role,
@@ -126,7 +124,7 @@ impl GivenColumn {
         }
     }
 
-    /// Reference in a mapping file without a log: digits are a number.
+    /// Digits are a column number: without the log its names are unknown.
     pub fn column_ref(&self) -> ColumnRef {
         match self.column.parse() {
             Ok(number) => ColumnRef::Number(number),
@@ -135,7 +133,7 @@ impl GivenColumn {
     }
 }
 
-/// The units of a quantity, for messages.
+/// Units of a quantity, for messages.
 pub(super) fn expected(role: Role) -> &'static str {
     match role {
         Role::Time | Role::Interval => "s, ms, us, ns, min",
@@ -149,7 +147,7 @@ pub(super) fn expected(role: Role) -> &'static str {
     }
 }
 
-/// A given command that is not logged: `7V@0.95s`, or several separated by commas.
+/// A command that is not logged: `7V@0.95s`, or several steps separated by commas.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Steps {
     pub unit: &'static str,
@@ -197,7 +195,7 @@ impl Steps {
     }
 }
 
-/// A number and the rest: `10ms` is 10 and `ms`. `2:ms` is a column and its unit.
+/// `10ms` is 10 and `ms`; `2:ms` is a column and its unit, hence `None`.
 pub(super) fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     if text.contains(':') {
@@ -215,7 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_and_units_are_parsed_from_one_word() {
+    fn columns_and_units_are_parsed_from_one_argument() {
         let none = |_: &str| false;
         let parse = |text| GivenColumn::parse("--time", Role::Time, text, none);
         let found = parse("t_us:us").expect("good");
@@ -233,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn known_steps_are_parsed_from_one_word() {
+    fn given_steps_are_parsed_from_one_argument() {
         let steps = Steps::parse("7V@0.95s").expect("good").expect("steps");
         assert_eq!(
             (steps.unit, steps.points),
