@@ -16,7 +16,7 @@ use crate::integrator::schedule::{Reader, Schedule};
 use crate::scalar::{Dual, Scalar};
 use crate::simulate::{Drive, SimulationError};
 use crate::stages::transmission::ENCODER_SIDE;
-use crate::workspace::{Engines, work_of, work_of_encoders};
+use crate::workspace::{Done, Engines, work_of, work_of_encoders};
 use crate::{KnownDifferences, Model, Motor, Parameters};
 
 pub use crate::integrator::schedule::{Reset, Skipped};
@@ -313,7 +313,13 @@ impl Simulator {
         let late_s = machine.chain.timing.jitter_s * 0.5;
         let most_steps = MOST_STEPS.max(MOST_BY_PACE << engine.floor);
         let measured = self.schedule.run(engine, most_steps, |_| late_s, read);
-        *work += work_of::<S, N>(self.schedule.len(), engine.steps, engine.curved_steps);
+        *work += work_of::<S, N>(&Done {
+            samples: self.schedule.len(),
+            changes: self.schedule.changes(),
+            steps: engine.steps,
+            curved_steps: engine.curved_steps,
+            tables: engine.step_tables.computed,
+        });
         measured
     }
 

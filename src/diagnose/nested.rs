@@ -8,7 +8,7 @@ use super::fit::{Fit, Metric, fit};
 use super::model::{Base, Member, Model};
 use super::search::Found;
 use super::segments::Segments;
-use super::settings::solver::WITHIN_OPTIMUM;
+use super::settings::solver::{CONVERGED, WITHIN_OPTIMUM};
 use crate::motor::catalogue::ids;
 use crate::motor::fit::ParameterId;
 
@@ -27,9 +27,9 @@ pub(crate) fn least_squares(
     starts: &[Vec<f64>],
 ) -> Option<Fit> {
     let metric = Metric::LeastSquares;
-    let found = fit(segments, model, starts, metric, None)?;
+    let found = fit(segments, model, starts, metric, CONVERGED, None)?;
     // Once more with initial damping: in a valley the first fit ends early.
-    fit(segments, model, &[found.x], metric, None)
+    fit(segments, model, &[found.x], metric, CONVERGED, None)
 }
 
 /// The nominal model and the one with re-identified parameters.

@@ -14,6 +14,7 @@ use super::search::{Found, search};
 use super::segments::{Recording, Segments, Subset};
 use super::settings::Settings;
 use super::settings::conventions::{LEFT_AFTER_ROUND, MOVED_COUNTS, REFITTED_SHARE};
+use super::settings::solver::CONVERGED;
 use crate::motor::Motor;
 use crate::motor::catalogue::find;
 use crate::recording::Run;
@@ -123,7 +124,14 @@ pub(crate) fn searched(
     let mut starts = vec![model.start()];
     starts.extend(own_part(segments).map(|own| model.start_with(shares(base, own))));
     let n_eff = effective_observations(segments, &nominal.corrected);
-    let first = fit(segments, &model, &starts, Metric::ScaleFree(n_eff), None);
+    let first = fit(
+        segments,
+        &model,
+        &starts,
+        Metric::ScaleFree(n_eff),
+        CONVERGED,
+        None,
+    );
     let first = first.ok_or(DiagnoseError::NoFit)?;
     // Initial states are corrected once for the fitted motor.
     let tau_s = fitted_time_constant_s(&first);
@@ -135,6 +143,7 @@ pub(crate) fn searched(
         &model,
         &[first.x],
         Metric::ScaleFree(n_eff),
+        CONVERGED,
         None,
     );
     let none = none.ok_or(DiagnoseError::NoFit)?;

@@ -5,12 +5,13 @@
 
 use super::fit::Fit;
 use super::model::{Base, predict};
-use super::score::likelihood;
+use super::noise::Noise;
+use super::score::likelihood_under;
 use super::segments::Segments;
 use super::settings::solver::{BISECTIONS, RANDOM_STEP, SAME};
 
-/// A fit with maximum likelihood parameters of its random effects: a step search with halving.
-pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit {
+/// A fit with maximum likelihood parameters of its random effects under a noise: a step search with halving.
+pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit, noise: Noise) -> Fit {
     if !fit.model.is_random() {
         return fit;
     }
@@ -24,8 +25,10 @@ pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit 
             prior: fit.model.prior(x),
             ..fit.clone()
         };
-        let optimum = likelihood(segments, base, &moved).optimum;
-        optimum.data + optimum.prior
+        likelihood_under(segments, base, &moved, noise)
+            .0
+            .optimum
+            .cost()
     };
     let mut x = fit.x.clone();
     let mut least = cost_at(&x);
@@ -46,6 +49,9 @@ pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit 
                 step *= 0.5;
             }
         }
+    }
+    if x == fit.x {
+        return fit;
     }
     Fit::at(segments, &fit.model, x).unwrap_or(fit)
 }

@@ -87,10 +87,7 @@ pub(super) fn compared(
             fit = with;
             continue;
         }
-        found
-            .segments
-            .work
-            .add(reference.segments.work.samples() as usize, 0);
+        (found.segments.work).add_all(&reference.segments.work);
         let names = earlier.iter().enumerate();
         let report = ReferenceRuns {
             runs: names.map(|(k, run)| name_of(k, run)).collect(),

@@ -42,6 +42,11 @@ pub(crate) struct Optimum {
 }
 
 impl Optimum {
+    /// Negative log posterior density.
+    pub fn cost(&self) -> f64 {
+        self.data + self.prior
+    }
+
     /// The log evidence where no data cost below this is rewarded.
     pub fn score(&self, least: f64) -> f64 {
         let score = self.volume - self.data.max(least) - self.prior;
@@ -240,66 +245,82 @@ fn prior_of_step(precision: &DMatrix<f64>, distance: &DVector<f64>, step: &DVect
     0.5 * ((precision * &off).dot(&off) - (precision * distance).dot(distance))
 }
 
-/// The likelihood of a fit, at its optimum by linear steps.
+/// The likelihood of a fit, at its optimum by linear steps, each under the likeliest noise of what is left.
 pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelihood {
-    let model = &fit.model;
     let usual_load = base.settings.usual_load;
-    let plant = plant_of(segments, &model.motor(&fit.x), base.kind);
-    let precision = model.precision_as_unlikely(&fit.x);
-    let distance = DVector::from_column_slice(&fit.x) - &model.mean;
     let mut residual = fit.residual.clone();
-    let expected: f64 = segments.weight.iter().sum();
-    let cost = |one: &Likelihood| one.optimum.data + one.optimum.prior;
     let mut best: Option<Likelihood> = None;
     for _ in 0..=REFINEMENTS {
+        let plant = plant_of(segments, &fit.model.motor(&fit.x), base.kind);
         let noise = likeliest(segments, &plant, usual_load, &residual);
         if best.as_ref().is_some_and(|best| best.noise == noise) {
             break;
         }
-        let whitener = Whitener::new(segments, &plant, noise);
-        let white = whitener.whiten(&fit.residual);
-        let columns = whitener.whiten_all(&fit.columns);
-        let mut hessian = gram(&columns) + &precision;
-        let mut right = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &white))
-            - &precision * &distance;
-        let none = DVector::zeros(columns.len());
-        let mut solved = hessian.clone();
-        for (k, information) in random_information(segments, base, fit, noise) {
-            hessian[(k, k)] += information;
-            // The variance of the innovations was not made for another value of it.
-            solved.row_mut(k).fill(0.0);
-            solved.column_mut(k).fill(0.0);
-            solved[(k, k)] = 1.0;
-            right[k] = 0.0;
-        }
-        with_profiles(fit, &precision, &mut hessian, &|moved| {
-            let change = whitener.whiten(&moved.change);
-            let along = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &change));
-            (dot(&change, &change), along)
-        });
-        let step = (solved.cholesky()).map_or_else(|| none.clone(), |solved| solved.solve(&right));
-        for step in [&step, &none] {
-            let moved = less(&white, &columns, step);
-            let found = Likelihood {
-                optimum: Optimum {
-                    data: whitener.cost(&moved),
-                    prior: fit.prior
-                        + prior_of_step(&precision, &distance, step)
-                        + noise.prior(usual_load),
-                    volume: log_volume(base, model, &hessian),
-                    hessian: hessian.clone(),
-                },
-                noise,
-                plant,
-                squares: dot(&moved, &moved) / expected,
-            };
-            if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
-                best = Some(found);
-            }
+        let (found, step) = likelihood_under(segments, base, fit, noise);
+        if (best.as_ref()).is_none_or(|best| found.optimum.cost() < best.optimum.cost()) {
+            best = Some(found);
         }
         residual = less(&fit.residual, &fit.columns, &step);
     }
     best.expect("one refinement at least")
+}
+
+/// The likelihood of a fit under a noise, at its optimum by a linear step or where it is; and that step.
+pub(crate) fn likelihood_under(
+    segments: &Segments,
+    base: &Base,
+    fit: &Fit,
+    noise: Noise,
+) -> (Likelihood, DVector<f64>) {
+    let model = &fit.model;
+    let plant = plant_of(segments, &model.motor(&fit.x), base.kind);
+    let precision = model.precision_as_unlikely(&fit.x);
+    let distance = DVector::from_column_slice(&fit.x) - &model.mean;
+    let whitener = Whitener::new(segments, &plant, noise);
+    let white = whitener.whiten(&fit.residual);
+    let columns = whitener.whiten_all(&fit.columns);
+    let mut hessian = gram(&columns) + &precision;
+    let mut right =
+        DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &white)) - &precision * &distance;
+    let none = DVector::zeros(columns.len());
+    let mut solved = hessian.clone();
+    for (k, information) in random_information(segments, base, fit, noise) {
+        hessian[(k, k)] += information;
+        // The variance of the innovations was not made for another value of it.
+        solved.row_mut(k).fill(0.0);
+        solved.column_mut(k).fill(0.0);
+        solved[(k, k)] = 1.0;
+        right[k] = 0.0;
+    }
+    with_profiles(fit, &precision, &mut hessian, &|moved| {
+        let change = whitener.whiten(&moved.change);
+        let along = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &change));
+        (dot(&change, &change), along)
+    });
+    let step = (solved.cholesky()).map_or_else(|| none.clone(), |solved| solved.solve(&right));
+    let volume = log_volume(base, model, &hessian);
+    let expected: f64 = segments.weight.iter().sum();
+    let at = |step: &DVector<f64>| {
+        let moved = less(&white, &columns, step);
+        let optimum = Optimum {
+            data: whitener.cost(&moved),
+            prior: fit.prior
+                + prior_of_step(&precision, &distance, step)
+                + noise.prior(base.settings.usual_load),
+            volume,
+            hessian: hessian.clone(),
+        };
+        let squares = dot(&moved, &moved) / expected;
+        Likelihood {
+            optimum,
+            noise,
+            plant,
+            squares,
+        }
+    };
+    let (moved, here) = (at(&step), at(&none));
+    let is_lower = moved.optimum.cost() <= here.optimum.cost();
+    (if is_lower { moved } else { here }, step)
 }
 
 /// Effective number of independent observations in a corrected residual: by octaves of its cosine transform (Satterthwaite 1946), or by

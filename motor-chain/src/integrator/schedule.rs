@@ -178,6 +178,11 @@ impl Schedule {
         self.times_s.len()
     }
 
+    /// Number of changes of the command.
+    pub(crate) fn changes(&self) -> usize {
+        self.changes.len()
+    }
+
     /// Sample times from the first, on the board's clock.
     pub(crate) fn times_s(&self) -> &[f64] {
         &self.times_s

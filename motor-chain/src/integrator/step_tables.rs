@@ -36,6 +36,8 @@ pub(crate) struct StepTables<S, const N: usize> {
     /// The most recently used is last; tables of earlier machines have no key.
     known: Vec<Known<S, N>>,
     at: usize,
+    /// Tables computed for the current machine.
+    pub computed: u64,
 }
 
 impl<S: Scalar, const N: usize> StepTables<S, N> {
@@ -45,6 +47,7 @@ impl<S: Scalar, const N: usize> StepTables<S, N> {
             longest_s,
             known: Vec::with_capacity(MOST),
             at: 0,
+            computed: 0,
         }
     }
 
@@ -57,6 +60,7 @@ impl<S: Scalar, const N: usize> StepTables<S, N> {
         for known in &mut self.known {
             known.key = None;
         }
+        self.computed = 0;
     }
 
     /// Selects the step table of this key, for affine equations or not; `matrix` is called if the machine has not
@@ -74,7 +78,10 @@ impl<S: Scalar, const N: usize> StepTables<S, N> {
         };
         let step_table = match self.known.iter().position(serves) {
             Some(place) => self.known.remove(place).step_table,
-            None => StepTable::new(&a, self.longest_s, is_affine),
+            None => {
+                self.computed += 1;
+                StepTable::new(&a, self.longest_s, is_affine)
+            }
         };
         if self.known.len() == MOST {
             self.known.remove(0);

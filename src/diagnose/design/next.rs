@@ -225,10 +225,7 @@ impl Bench<'_> {
         };
         let predictions: Vec<Prediction> =
             self.sets.iter().map(prediction).collect::<Option<_>>()?;
-        self.searched
-            .segments
-            .work
-            .add(planned.segments.work.samples() as usize, 0);
+        (self.searched.segments.work).add_all(&planned.segments.work);
         let ids: Vec<Vec<&str>> = self.sets.iter().map(|set| set.0.fit.ids()).collect();
         let one_way = |truth: usize, rival: usize| match contains(&ids[rival], &ids[truth]) {
             true => f64::INFINITY,

@@ -210,19 +210,21 @@ impl Linear {
     }
 }
 
-/// Fits a model from the best of some starts; `None` where none can be simulated, or where after some steps it costs more than a model that
+/// Fits a model from the best of some starts, until a step decreases the cost by less than `least_gain` nats; `None` where none can be simulated, or where after some steps it costs more than a model that
 /// it extends.
 pub(crate) fn fit(
     segments: &Segments,
     model: &Model,
     starts: &[Vec<f64>],
     metric: Metric<'_>,
+    least_gain: f64,
     extends: Option<&Fit>,
 ) -> Option<Fit> {
     let mut problem = Problem {
         segments,
         model,
         metric,
+        least_gain,
         least: f64::INFINITY,
     };
     if let Some(fit) = extends {
@@ -268,6 +270,7 @@ pub(crate) fn refit(segments: &Segments, begun: Fit, metric: Metric<'_>) -> Opti
         segments,
         model: &model,
         metric,
+        least_gain: solver::CONVERGED,
         least: f64::INFINITY,
     };
     let begun = Minimum {
@@ -300,6 +303,8 @@ struct Problem<'a> {
     segments: &'a Segments,
     model: &'a Model,
     metric: Metric<'a>,
+    /// Decrease of the cost in nats below which it has converged.
+    least_gain: f64,
     /// Cost of the model that this one extends.
     least: f64,
 }
@@ -355,6 +360,7 @@ impl Problem<'_> {
             segments,
             model,
             metric,
+            least_gain,
             least,
         } = self;
         let mut damping = solver::DAMPING;
@@ -387,8 +393,8 @@ impl Problem<'_> {
                 model.random().for_each(|k| held[k] = true);
             }
             let decrement = solved(&hessian, &gradient, &held, 0.0);
-            let is_lowest = decrement
-                .is_some_and(|step| 0.5 * free(&gradient, &held).dot(&step) < solver::CONVERGED);
+            let is_lowest =
+                decrement.is_some_and(|step| 0.5 * free(&gradient, &held).dot(&step) < *least_gain);
             let attempts = if is_lowest { 0 } else { solver::ATTEMPTS };
             let mut next = None;
             for _ in 0..attempts {
@@ -414,7 +420,7 @@ impl Problem<'_> {
             };
             let gained = before - cost;
             (before, x) = (cost, moved);
-            if gained < solver::CONVERGED {
+            if gained < *least_gain {
                 break;
             }
         }

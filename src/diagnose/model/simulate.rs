@@ -18,11 +18,10 @@ pub(crate) fn predict(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
     let mut out = vec![0.0; segments.len];
     WORKSPACE.with_borrow_mut(|workspace| {
         for (number, run) in segments.runs.iter().enumerate() {
-            segments.work.add(run.t_s.len(), 0);
             let mut angles = vec![0.0; run.t_s.len()];
-            (run.simulator)
-                .angles(&on_run(motor, run), workspace, &mut angles)
-                .ok()?;
+            let simulated = (run.simulator).angles(&on_run(motor, run), workspace, &mut angles);
+            segments.work.add(run.t_s.len(), 0, workspace.take_work());
+            simulated.ok()?;
             scatter(segments, number, &angles, 1.0 / run.rad, &mut out);
         }
         Some(out)
@@ -72,13 +71,13 @@ pub(crate) fn sensitivities(
     WORKSPACE.with_borrow_mut(|workspace| {
         for (number, run) in segments.runs.iter().enumerate() {
             let n = run.t_s.len();
-            segments.work.add(n, ids.len());
             let mut angles = vec![0.0; n];
             let mut block = vec![0.0; n * ids.len()];
             let motor = on_run(&motor, run);
-            (run.simulator)
-                .sensitivities(&motor, &ids, workspace, &mut angles, &mut block)
-                .ok()?;
+            let simulated =
+                (run.simulator).sensitivities(&motor, &ids, workspace, &mut angles, &mut block);
+            segments.work.add(n, ids.len(), workspace.take_work());
+            simulated.ok()?;
             scatter(segments, number, &angles, 1.0 / run.rad, &mut out);
             for (j, free) in model.parameters.iter().enumerate() {
                 let times = free.slope(x[j]) / run.rad;

@@ -49,8 +49,7 @@ pub(crate) fn likeliest(
     residual: &[f64],
 ) -> Noise {
     let cost = |noise: Noise| -> f64 {
-        let whitener = Whitener::new(segments, plant, noise);
-        whitener.cost(&whitener.whiten(residual)) + noise.prior(usual_load)
+        Whitener::cost_of(segments, plant, noise, residual) + noise.prior(usual_load)
     };
     let mut best = (cost(Noise::NONE), Noise::NONE);
     let look = |noise: Noise, best: &mut (f64, Noise)| {

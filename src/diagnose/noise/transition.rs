@@ -14,6 +14,17 @@ pub(crate) struct Transition {
     pub scale: f64,
 }
 
+impl Transition {
+    /// The predicted errors of angle, speed and acceleration.
+    pub fn ahead(&self, [x, v, d]: [f64; 3]) -> [f64; 3] {
+        [
+            x + self.f01 * v + self.f02 * d,
+            self.f11 * v + self.f01 * d,
+            self.f22 * d,
+        ]
+    }
+}
+
 /// Transitions, with the exponentials reused while the sample interval stays the same.
 pub(crate) struct Transitions {
     time_constant_s: f64,

@@ -8,6 +8,7 @@ use super::Noise;
 use super::transition::{Covariance, Transition, Transitions};
 use crate::diagnose::model::dot;
 use crate::diagnose::segments::Segments;
+use crate::diagnose::settings::solver::LOGARITHM_WITHIN;
 use crate::units::ROUNDING_VARIANCE;
 
 /// The linearized motor that errors propagate through.
@@ -23,6 +24,60 @@ pub(crate) struct LinearPlant {
     pub loss: f64,
 }
 
+/// Runs the filter: calls `each` with the transition to every sample, its gain, and the reciprocal variance of its innovation as scale (0 at
+/// the first sample of a segment). Returns the log determinant of the innovations' covariance.
+fn filter(
+    segments: &Segments,
+    plant: &LinearPlant,
+    noise: Noise,
+    mut each: impl FnMut(&Transition),
+) -> f64 {
+    let mut log_det = 0.0;
+    // One logarithm for many variances.
+    let mut product = 1.0_f64;
+    let sigma = noise.strength * plant.stall_counts_s2;
+    let mut transitions = Transitions::new(plant.time_constant_s, noise.time_s);
+    for segment in &segments.segments {
+        let run = &segments.runs[segment.run];
+        let mut p = Covariance {
+            xx: ROUNDING_VARIANCE,
+            vv: segment.start_speed_sd.powi(2),
+            dd: sigma * sigma,
+            ..Covariance::default()
+        };
+        each(&Transition {
+            f22: 1.0,
+            f11: 1.0,
+            ..Transition::default()
+        });
+        for k in segment.from + 1..segment.to {
+            let mut step = transitions.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
+            p = p.after(&step);
+            p.dd += sigma * sigma * (1.0 - step.f22 * step.f22);
+            p.xx += run.scatter(noise, k).powi(2);
+            if run.moving[k] != run.moving[k - 1] {
+                // Where within a count a shaft stops, or from where it starts, is not measured.
+                p.xx += ROUNDING_VARIANCE;
+            }
+            if plant.loss > 0.0 {
+                p.xx += plant.loss * (run.counts[k] - run.counts[k - 1]).abs();
+            }
+            let late = run.speed[k] * plant.jitter_s;
+            let weight = segments.weight[segment.at + k - segment.from];
+            let s = p.xx + ROUNDING_VARIANCE / weight + late * late * ROUNDING_VARIANCE;
+            step.scale = 1.0 / s;
+            step.gain = p.update(step.scale);
+            product *= s;
+            if !LOGARITHM_WITHIN.contains(&product) {
+                log_det += product.ln();
+                product = 1.0;
+            }
+            each(&step);
+        }
+    }
+    log_det + product.ln()
+}
+
 /// Gains for every sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitener {
@@ -36,50 +91,39 @@ pub(crate) struct Whitener {
 impl Whitener {
     pub fn new(segments: &Segments, plant: &LinearPlant, noise: Noise) -> Self {
         let mut steps = Vec::with_capacity(segments.len);
-        let mut starts = Vec::new();
-        let mut log_det = 0.0;
-        let sigma = noise.strength * plant.stall_counts_s2;
-        let mut transitions = Transitions::new(plant.time_constant_s, noise.time_s);
-        for segment in &segments.segments {
-            let run = &segments.runs[segment.run];
-            starts.push(segment.at);
-            let mut p = Covariance {
-                xx: ROUNDING_VARIANCE,
-                vv: segment.start_speed_sd.powi(2),
-                dd: sigma * sigma,
-                ..Covariance::default()
-            };
-            steps.push(Transition {
-                f22: 1.0,
-                f11: 1.0,
-                ..Transition::default()
-            });
-            for k in segment.from + 1..segment.to {
-                let mut step = transitions.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
-                p = p.after(&step);
-                p.dd += sigma * sigma * (1.0 - step.f22 * step.f22);
-                p.xx += run.scatter(noise, k).powi(2);
-                if run.moving[k] != run.moving[k - 1] {
-                    // Where within a count a shaft stops, or from where it starts, is not measured.
-                    p.xx += ROUNDING_VARIANCE;
-                }
-                if plant.loss > 0.0 {
-                    p.xx += plant.loss * (run.counts[k] - run.counts[k - 1]).abs();
-                }
-                let late = run.speed[k] * plant.jitter_s;
-                let weight = segments.weight[segment.at + k - segment.from];
-                let s = p.xx + ROUNDING_VARIANCE / weight + late * late * ROUNDING_VARIANCE;
-                step.scale = 1.0 / s.sqrt();
-                step.gain = p.update(step.scale * step.scale);
-                log_det += s.ln();
-                steps.push(step);
-            }
-        }
+        let log_det = filter(segments, plant, noise, |step| {
+            let mut step = *step;
+            step.scale = step.scale.sqrt();
+            steps.push(step);
+        });
         Self {
             steps,
-            starts,
+            starts: segments.segments.iter().map(|segment| segment.at).collect(),
             log_det,
         }
+    }
+
+    /// Negative log likelihood of a column under a noise, without the constant: as [`Self::cost`] of the whitened column.
+    pub fn cost_of(segments: &Segments, plant: &LinearPlant, noise: Noise, column: &[f64]) -> f64 {
+        let mut squares = 0.0;
+        let mut values = column.iter();
+        let mut state = [0.0; 3];
+        let log_det = filter(segments, plant, noise, |step| {
+            let value = values.next().copied().unwrap_or(0.0);
+            if step.scale == 0.0 {
+                state = [0.0; 3];
+                return;
+            }
+            let [x, v, d] = step.ahead(state);
+            let e = value - x;
+            squares += e * e * step.scale;
+            state = [
+                x + step.gain[0] * e,
+                v + step.gain[1] * e,
+                d + step.gain[2] * e,
+            ];
+        });
+        0.5 * (squares + log_det)
     }
 
     /// Negative log likelihood of whitened innovations, without the constant.
@@ -125,9 +169,7 @@ impl Whitener {
                 continue;
             }
             for c in 0..C {
-                let x = s[0][c] + step.f01 * s[1][c] + step.f02 * s[2][c];
-                let v = step.f11 * s[1][c] + step.f01 * s[2][c];
-                let d = step.f22 * s[2][c];
+                let [x, v, d] = step.ahead([s[0][c], s[1][c], s[2][c]]);
                 let e = columns[c][k] - x;
                 s[0][c] = x + step.gain[0] * e;
                 s[1][c] = v + step.gain[1] * e;

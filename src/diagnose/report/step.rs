@@ -21,6 +21,8 @@ pub struct SearchStep {
     pub rms_counts: f64,
     /// Sets fitted so far.
     pub fitted: usize,
+    /// Whether the search ended in it at its limit of simulation time.
+    pub limited: bool,
 }
 
 impl fmt::Display for SearchStep {
@@ -43,6 +45,13 @@ impl fmt::Display for SearchStep {
             named(&self.best),
             self.score,
             self.rms_counts
-        )
+        )?;
+        match self.limited {
+            true => writeln!(
+                f,
+                "  the search ended here, at its limit of simulation time"
+            ),
+            false => Ok(()),
+        }
     }
 }

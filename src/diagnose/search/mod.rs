@@ -28,7 +28,10 @@ use super::noise::Whitener;
 use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
-use super::settings::solver::{FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SIMPLIFIED, STARTS_PER_SET};
+use super::settings::solver::{
+    FEWEST_SAMPLES_OF_LIMIT, FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS_PER_SAMPLE, SIMPLIFIED,
+    STARTS_PER_SET,
+};
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
 use crate::units::ROUNDING_VARIANCE;
@@ -60,6 +63,7 @@ pub(crate) fn search(
     let settings = &base.settings;
     let model = Model::new(base, Vec::new());
     let mut pool = Pool::new(coarse, base);
+    pool.until_ns = segments.work.nanoseconds() + time_limit_ns(segments.len);
     pool.judge.is_relevant = is_relevant;
     pool.judge.known_floor = match is_relevant {
         true => stated_floor,
@@ -84,7 +88,7 @@ pub(crate) fn search(
             0 => vec![pool.none().clone()],
             _ => pool.not_expanded(),
         };
-        let Some(first) = begun.first() else {
+        let Some(first) = begun.first().filter(|_| !pool.is_at_limit()) else {
             break;
         };
         let (deepest, sets) = match round {
@@ -116,6 +120,7 @@ pub(crate) fn search(
             score: now.score,
             rms_counts: now.fit.rms(),
             fitted: pool.fitted,
+            limited: pool.is_at_limit(),
         });
     }
     progress(&format!(
@@ -138,6 +143,11 @@ pub(crate) fn search(
         all.sorted()
     };
     Some(Found { sets, judge, steps })
+}
+
+/// Most simulation time in ns of a search for recordings with this many samples.
+fn time_limit_ns(samples: usize) -> u64 {
+    samples.max(FEWEST_SAMPLES_OF_LIMIT) as u64 * SEARCH_NS_PER_SAMPLE
 }
 
 /// Whether the base parameters imitate a candidate, but for half an immaterial share of its squares: it may be present where they leave nothing.
@@ -279,7 +289,9 @@ impl Pool<'_> {
             }
         }
         for (_, model, starts) in taken {
-            self.add_fitted(&model, &starts, Some(from));
+            if !self.is_at_limit() {
+                self.add_fitted(&model, &starts, Some(from));
+            }
         }
         screened
     }
@@ -360,7 +372,8 @@ impl Pool<'_> {
         for member in members(self.segments, base, from) {
             let members = from.model.members.iter().cloned().chain([member]);
             let model = Model::new(base, members.collect());
-            if model.is_random() && !taken.contains(&model.ids()) {
+            let is_new = !taken.contains(&model.ids());
+            if model.is_random() && is_new && !self.is_at_limit() {
                 taken.push(model.ids());
                 let start = model.start_from(&from.model, &from.x);
                 self.add_likeliest(&model, start);
@@ -417,7 +430,7 @@ impl Pool<'_> {
                 let Some(model) = models.first() else {
                     continue;
                 };
-                if !self.is_new(best.ids(), model.ids()) {
+                if self.is_at_limit() || !self.is_new(best.ids(), model.ids()) {
                     continue;
                 }
                 let starts: Vec<Vec<f64>> = (models.iter())

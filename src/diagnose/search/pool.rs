@@ -11,7 +11,7 @@ use crate::diagnose::score::{
     Likelihood, effective_observations, likelihood, log_options, scale_free,
 };
 use crate::diagnose::segments::Segments;
-use crate::diagnose::settings::solver::{FLOOR_WITHIN, REFINEMENTS};
+use crate::diagnose::settings::solver::{CONVERGED, CONVERGED_START, FLOOR_WITHIN, REFINEMENTS};
 use crate::motor::catalogue::catalogue;
 use crate::units::ROUNDING_VARIANCE;
 
@@ -53,6 +53,8 @@ pub(crate) struct Pool<'a> {
     expanded: BTreeSet<Vec<&'static str>>,
     /// Sets fitted so far.
     pub fitted: usize,
+    /// Simulation time in ns of these segments at which the search ends.
+    pub until_ns: u64,
     /// Data cost below which nothing is rewarded.
     least: (f64, f64),
 }
@@ -73,6 +75,7 @@ impl<'a> Pool<'a> {
             derived: BTreeSet::new(),
             expanded: BTreeSet::new(),
             fitted: 0,
+            until_ns: u64::MAX,
             least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
         }
     }
@@ -118,7 +121,8 @@ impl<'a> Pool<'a> {
 
     fn likeliest_from(&self, model: &Model, start: Vec<f64>) -> Option<(Fit, Likelihood)> {
         let begun = Fit::at(self.segments, model, start)?;
-        let begun = random::with_likeliest(self.segments, self.base, begun);
+        let own = likelihood(self.segments, self.base, &begun);
+        let begun = random::with_likeliest(self.segments, self.base, begun, own.noise);
         let own = likelihood(self.segments, self.base, &begun);
         self.whitened_from(begun, own)
     }
@@ -133,7 +137,11 @@ impl<'a> Pool<'a> {
             return self.likeliest_from(model, starts.first()?.clone());
         }
         let metric = Metric::ScaleFree(self.judge.n_eff);
-        let found = fit(self.segments, model, starts, metric, extends)?;
+        let least_gain = match self.judge.is_likelihood {
+            true => CONVERGED_START,
+            false => CONVERGED,
+        };
+        let found = fit(self.segments, model, starts, metric, least_gain, extends)?;
         let own = likelihood(self.segments, self.base, &found);
         match self.judge.is_likelihood {
             true => self.whitened_from(found, own),
@@ -149,7 +157,7 @@ impl<'a> Pool<'a> {
             let whitener = Whitener::new(segments, &before.plant, before.noise);
             let metric = Metric::Whitened(&whitener);
             let found = refit(segments, begun, metric)?;
-            let found = random::with_likeliest(segments, base, found);
+            let found = random::with_likeliest(segments, base, found, before.noise);
             let own = likelihood(segments, base, &found);
             if own.noise == before.noise || round == REFINEMENTS {
                 return Some((found, own));
@@ -268,6 +276,11 @@ impl<'a> Pool<'a> {
         near.sort_by(|a, b| b.score.total_cmp(&a.score));
         near.truncate(self.base.settings.fitted_sets);
         near
+    }
+
+    /// Whether the search has taken the simulation time that it may.
+    pub fn is_at_limit(&self) -> bool {
+        self.segments.work.nanoseconds() >= self.until_ns
     }
 
     /// Whether a set is fitted from the parameters of another for the first time.

@@ -15,6 +15,8 @@ pub(crate) const ATTEMPTS: usize = 8;
 pub(crate) const PATIENCE: usize = 5;
 /// Least decrease of the cost in nats; a smaller one ends the fit.
 pub(crate) const CONVERGED: f64 = 0.1;
+/// The same where another fit starts from the result.
+pub(crate) const CONVERGED_START: f64 = 1.0;
 /// Distance from the optimum in nats of two fits that have ended: at most 0.3.
 pub(crate) const WITHIN_OPTIMUM: f64 = 0.5;
 /// Initial damping relative to the diagonal; its factors after a step that decreases the cost, and after one that
@@ -78,9 +80,17 @@ pub(crate) const RANDOM_STEP: f64 = 0.25;
 /// Noise of logged speeds, in halvings of the top speed: from a sixteenth to a resolution of ten bits.
 pub(crate) const SCATTER_LEVELS: std::ops::RangeInclusive<i32> = 4..=10;
 
+/// Products of variances in counts^2 whose logarithm is not taken yet: far from the ends of a floating-point number.
+pub(crate) const LOGARITHM_WITHIN: std::ops::Range<f64> = 1e-100..1e100;
+
 // Search (`search`).
 /// Rounds of adding, dropping and exchanging; the best set stays after two or three.
 pub(crate) const ROUNDS: usize = 5;
+/// Most simulation time of a search in ns per sample of the recordings, and the number of samples that it is at least
+/// for, by the simulator's own estimate, which does not depend on the machine. A search beyond it fits no further sets,
+/// except the best one without each of its effects: 3,000 rows take at most 3 s of one core.
+pub(crate) const SEARCH_NS_PER_SAMPLE: u64 = 400_000;
+pub(crate) const FEWEST_SAMPLES_OF_LIMIT: usize = 3_000;
 /// Sets fitted regardless of their screening score.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set.
