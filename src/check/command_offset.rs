@@ -200,7 +200,7 @@ impl<'a> Responses<'a> {
                 ("jumps", self.fitted.len() as f64),
                 ("log_likelihood_ratio", found.log_ratio),
             ],
-            "if the log has the command a row too early, shift the column; else the response is delayed by a bus (effect transport_delay), a filter (speed_filter) or the winding (inductance)",
+            "if the log has the command a row too early, shift that column by a row; else the response is delayed by a communication bus (effect transport_delay), a filter (speed_filter) or the winding (inductance)",
         ))
     }
 

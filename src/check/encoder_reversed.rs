@@ -86,7 +86,7 @@ fn finding(
         Kind::EncoderReversed,
         Severity::Fatal,
         subject.whole(),
-        format!("{what}{as_in_all}: A and B (or the motor leads) are swapped"),
+        format!("{what}{as_in_all}: channels A and B of the encoder, or the motor leads, are swapped"),
         [
             ("counts_under_positive_command", tally.positive),
             ("counts_under_negative_command", tally.negative),
@@ -94,9 +94,9 @@ fn finding(
         ],
         match subject.run.header.contains_key("imported") {
             true => {
-                "--reverse of the import (scale = -1 under [position] of its mapping), or swap the two wires"
+                "--reverse of the import (scale = -1 under [position] of its mapping), or swap either A and B or the motor leads, not both"
             }
-            false => "swap the two wires and record again",
+            false => "swap either A and B or the motor leads, not both, and record again",
         },
     );
     if let Some(gain) = gain {

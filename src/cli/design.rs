@@ -16,7 +16,7 @@ use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolability};
 use crate::plain::{quoted, shown};
-use crate::report::diagnosis::few_words;
+use crate::report::diagnosis::hypotheses;
 use crate::report::isolability::{CLEAR, page};
 
 /// List the effects that a profile cannot show and the pairs that it cannot separate, before it is recorded.
@@ -191,7 +191,7 @@ fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> 
 fn next_line(next: &NextExperiment) -> String {
     let what = match next.tells_apart.as_slice() {
         [one] => format!("shows whether {one} is present"),
-        several => format!("separates {}", few_words(several)),
+        several => format!("separates these hypotheses: {}", hypotheses(several)),
     };
     let bench = next.change.as_ref();
     let bench = bench.map_or(String::new(), |change| format!(" with {}", change.words()));

@@ -72,7 +72,7 @@ pub struct Diagnose {
     /// Diagnose recordings with a fatal finding too (motorlab check); the diagnosis is marked.
     #[arg(long)]
     despite_findings: bool,
-    /// Write the motor file of the verdict, for simulate and compare.
+    /// Write the motor file of the verdict, for the commands simulate and compare.
     #[arg(long, value_name = "FILE")]
     model_out: Option<PathBuf>,
     /// Write everything as one HTML file that needs no network.
@@ -248,7 +248,7 @@ impl Diagnose {
             (Some(path), _) if next.contains(" --model-out ") => path,
             (_, Some(_)) if next.contains(" --html ") => {
                 return Some(format!(
-                    "{before}Next, see on the page where the error lies, and recorded over simulated."
+                    "{before}Next, see on the page where the error lies, and the recorded and simulated curves."
                 ));
             }
             _ => return None,

@@ -7,9 +7,10 @@ use crate::plain::one_line;
 use crate::recording::Run;
 use crate::report::diagnosis::{
     BUDGET_COLUMNS, DETAILED_FROM, budget_bars, budget_note, budget_rows, cause_words, causes_note,
-    class_of_cause, class_words, discrete_words, effects_words, few_words, fitted_words,
-    interval_words, is_optional, measured, motor_file_column, named_parts, no_recording,
-    of_reference, overlays, sets_note, smoothing_words, torque_words, value_column,
+    causes_title, class_of_cause, class_words, discrete_words, effects_words, fitted_words,
+    hypotheses, interval_words, is_optional, measured, motor_file_column, named_parts,
+    no_recording, of_reference, overlays, parameters_note, sets_note, smoothing_words,
+    value_column,
 };
 use crate::report::number::{figure, percent, probability};
 use crate::report::table::Table;
@@ -43,7 +44,7 @@ pub(super) fn show(
     }
     output.line("\nERROR BUDGET")?;
     budget(diagnosis, output)?;
-    output.line("\nCAUSES (probability that an effect is present, alone or with others)")?;
+    output.line(&format!("\nCAUSES ({})", causes_title(diagnosis)))?;
     for class in &diagnosis.classes {
         output.line(&format!("  not separated: {}", class_words(class)))?;
     }
@@ -62,7 +63,7 @@ pub(super) fn show(
     output.line(&sets(listed, diagnosis))?;
     output.line("IDENTIFIABLE PARAMETERS")?;
     identifiable(diagnosis, output)?;
-    output.line("\nRECORDED OVER SIMULATED")?;
+    output.line("\nRECORDED AND SIMULATED")?;
     over_simulated(diagnosis, recorded, output)?;
     output.line("\nWHERE THE ERROR LIES")?;
     place(diagnosis, output)?;
@@ -72,7 +73,7 @@ pub(super) fn show(
 
 /// Prints the search, all sets with their scores, and the terms of the scores.
 pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    output.line("\nSEARCH (log score in nats; screened: expected gain of an effect from one starting value, before it is fitted; an effect may be screened from several)")?;
+    output.line("\nSEARCH (log score in nats; screened: predicted change if an effect is added, from one initial value, before it is fitted; an effect may be listed for several initial values)")?;
     for step in &diagnosis.steps {
         output.line(step.to_string().trim_end())?;
     }
@@ -80,7 +81,7 @@ pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Fail
     output.line(&sets(&diagnosis.sets, diagnosis))?;
     let scoring = &diagnosis.scoring;
     output.line(&format!(
-        "  score: {}; effective observations {}; random load torque {} of stall; whitened residual variance {} times its expectation (near 1: the noise model is adequate)",
+        "  score: {}; effective number of observations {}; random load torque {} of stall; whitened residual variance {} times its expectation (near 1: the noise model is adequate)",
         scoring.score.replace('_', " "),
         figure(scoring.effective_observations, 4),
         percent(scoring.random_load_share),
@@ -92,15 +93,15 @@ pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Fail
 /// Residuals of the nominal fit, of its initial motor, and of a shaft at rest.
 pub(super) fn nominal_fit_words(fit: &NominalFit) -> String {
     let given = match fit.given_left_counts {
-        Some(left) => format!("{left:.2} with the starting values"),
-        None => "the starting values cannot be simulated".to_owned(),
+        Some(left) => format!("{left:.2} with the initial parameter values"),
+        None => "the initial parameter values cannot be simulated".to_owned(),
     };
     let motor = match fit.is_given {
         true => "the given motor, since no fit leaves less",
         false => "fitted to these runs without effects",
     };
     format!(
-        "nominal motor: {motor}; RMS error of whole runs in open loop {:.2} counts ({given}; {:.1} if the model did not move)",
+        "nominal motor: {motor}; RMS error of whole runs without restarts {:.2} counts ({given}; {:.1} for a motor that stays at rest)",
         fit.left_counts, fit.at_rest_counts
     )
 }
@@ -156,7 +157,7 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
             format!("; {} in the reference", figure(then, 4))
         });
         let limit = match number.at_bound {
-            true => "; at the limit of its range",
+            true => "; at its bound",
             false => "",
         };
         if let Some(words) = discrete_words(name, number.value) {
@@ -210,7 +211,7 @@ fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
             name.to_owned(),
             figure(number.value, 4),
             match number.at_bound {
-                true => format!("{}, at the limit of its range", interval_words(&number)),
+                true => format!("{}, estimate at its bound", interval_words(&number)),
                 false => interval_words(&number),
             },
             number.unit.to_owned(),
@@ -221,7 +222,7 @@ fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
         table.row(row);
     }
     output.line(table.to_string().trim_end())?;
-    output.line(&format!("  {}", torque_words(diagnosis)))
+    output.line(&format!("  {}", parameters_note(diagnosis)))
 }
 
 /// The error of each run, and the speed of the run with the largest error.
@@ -251,7 +252,7 @@ fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> R
 /// The stage of the identified effects; several if the members of their classes differ.
 fn stage_words(diagnosis: &Diagnosis, stage: &str) -> String {
     if diagnosis.classes.is_empty() {
-        return format!("stage of the cause: {stage}");
+        return format!("stage of the signal chain: {stage}");
     }
     let probable = diagnosis.place.stage_probabilities.iter();
     let probable = probable.filter(|(_, p)| **p >= DETAILED_FROM);
@@ -295,9 +296,9 @@ fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
         false => "",
     };
     output.line(&format!(
-        "  {optional}`{}`{change} would separate {}, each pair by at least {} standard deviations of the noise. PORT is the board's port.",
+        "  {optional}`{}`{change} would separate these hypotheses: {} (each pair by at least {} standard deviations of the noise). PORT is the board's port.",
         next.command,
-        few_words(&next.named(diagnosis.verdict)),
+        hypotheses(&next.named(diagnosis.verdict)),
         figure(next.expected_separation, 2)
     ))
 }

@@ -52,8 +52,10 @@ pub use settings::Settings;
 
 pub(crate) use classes::class_of;
 pub(crate) use model::is_parameter_change;
-pub(crate) use report::without_assumed_unit;
-pub(crate) use sentence::{is_nominal_fitted, is_undescribed, no_recording_reason};
+pub(crate) use report::{HELD_OUT_RUNS, without_assumed_unit};
+pub(crate) use sentence::{
+    is_cross_validated, is_nominal_fitted, is_undescribed, name, no_recording_reason,
+};
 pub(crate) use settings::conventions::LEAST_PRINTED;
 
 use std::borrow::Cow;

@@ -130,7 +130,7 @@ fn counts_that_fall_while_the_command_is_positive_are_reversed_on_any_profile() 
         assert!(
             found[0]
                 .sentence()
-                .ends_with("swap the two wires and record again"),
+                .ends_with("swap either A and B or the motor leads, not both, and record again"),
             "{}",
             found[0].sentence()
         );
@@ -299,7 +299,7 @@ fn swapped_wires_stop_a_diagnosis_and_are_reported_by_import_and_compare() {
         for said in [&imported.stderr, &compared.stderr] {
             let said = String::from_utf8_lossy(said);
             assert!(
-                said.contains("the counts fall while the command is positive: A and B (or the motor leads) are swapped; --reverse of the import (scale = -1"),
+                said.contains("the counts fall while the command is positive: channels A and B of the encoder, or the motor leads, are swapped; --reverse of the import (scale = -1"),
                 "{said}"
             );
         }

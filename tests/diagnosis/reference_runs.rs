@@ -185,7 +185,7 @@ fn the_command_prints_both_values_in_every_format() {
     assert_eq!(json["reference"]["runs"][0], "then.csv");
     let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
     for part in [
-        "describes the reference (then.csv)",
+        "fitted to the reference (then.csv)",
         "in the reference",
         "agree with the reference",
     ] {

@@ -188,8 +188,8 @@ fn a_bad_recording_has_its_page() {
     );
     let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
     let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
-    assert!(at("Findings about the recordings") < at("The gap was not measured"));
-    assert!(at("The gap was not measured") < at("position (counts)"));
+    assert!(at("Findings about the recordings") < at("the model error was not measured"));
+    assert!(at("the model error was not measured") < at("position (counts)"));
     assert!(!page.contains("<script>alert") && !page.contains("<img"));
 }
 

@@ -81,7 +81,7 @@ impl Effect for CommandOffset {
     const KIND: EffectKind = EffectKind {
         id: ids::COMMAND_OFFSET,
         stage: Stage::Command,
-        summary: "the command column is late: the motor moves before it",
+        summary: "the logged command is late: the motor moves before the command changes in the log",
         equation: "u(t + offset_s), from the start on what stands offset_s later",
         source: "logs that note a command when it is confirmed, or beside the next sample",
         excited_by: "steps and reversals",

@@ -338,7 +338,7 @@ impl Effect for PwmFreewheel {
     const KIND: EffectKind = EffectKind {
         id: ids::PWM_FREEWHEEL,
         stage: Stage::Driver,
-        summary: "between pulses the current decays through diodes: discontinuous at low duty, so that speed over duty is concave",
+        summary: "between pulses the current decays through diodes, at low duty to zero, so that the curve of speed against duty is concave",
         equation: "mean current of a period: d a + (1 - d) b where it lasts, else d a + b t0 / p; d = |u| / supply_v, p = period_ratio, a = (V - Kb w) / R, b = (-V - Kb w) / R, or -Kb w / R with into_supply = 0, t0 = ln(1 - a (1 - exp(-d p)) / b); u = 0 -> i = 0",
         source: "discontinuous conduction of a chopper (Mohan, Undeland, Robbins, Power Electronics, 1995); decay modes of bridges (TI DRV8833 data sheet)",
         excited_by: "duty from low to high",

@@ -258,7 +258,7 @@ impl Effect for EdgeRateLoss {
     const KIND: EffectKind = EffectKind {
         id: ids::EDGE_RATE_LOSS,
         stage: Stage::Sensor,
-        summary: "a share of the edges is lost that grows with their rate",
+        summary: "edges of the encoder are lost, a share that grows with their rate",
         equation: "share lost 1 - 1 / (1 + (f / rate_hz)^exponent), f the edge rate |w| N / 2 pi; deterministic",
         source: "interrupt-driven decoding near its limit: 9, 41 and 87 % lost at 46, 51 and 55 thousand edges/s",
         excited_by: "top speed, return to a mark",

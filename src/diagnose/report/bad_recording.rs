@@ -65,7 +65,7 @@ fn sentence(fatal: &[&Finding]) -> String {
         words.dedup();
     }
     format!(
-        "The gap was not measured, because the recording is wrong: {}. Next, {}; then check the new recording with `motorlab check`. \
+        "bad_recording: the model error was not measured, because the recording is wrong: {}. Next, {}; then check the new recording with `motorlab check`. \
          If the recording is right, `--despite-findings` diagnoses it.",
         whats.join("; "),
         remedies.join("; ")

@@ -193,7 +193,7 @@ impl Quick {
     pub(crate) fn sentence(&self) -> String {
         let share = 100.0 * self.samples as f64 / self.of_samples.max(1) as f64;
         format!(
-            "Quick answer: {} of {} samples ({share:.0} %) were searched and fitted; without --quick the probabilities rest on more.",
+            "Quick answer: {} of {} samples ({share:.0} %) were used for search and fits; without --quick more are used.",
             self.samples, self.of_samples
         )
     }
@@ -238,8 +238,10 @@ impl Cause {
     pub fn not_identified(&self) -> Option<&'static str> {
         let is_probable = self.inclusion >= Settings::default().identified;
         match (self.at_bound && is_probable, self.immaterial) {
-            (true, _) => Some("a parameter is at the limit of its range"),
-            (false, true) => Some("it removes less than a tenth of the remaining error"),
+            (true, _) => Some("a parameter is at its bound"),
+            (false, true) => Some(
+                "on held-out data it removes less than a tenth of the error that remains without it",
+            ),
             (false, false) => None,
         }
     }

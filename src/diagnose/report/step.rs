@@ -28,7 +28,7 @@ pub struct SearchStep {
 impl fmt::Display for SearchStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = |set: &[&str]| match set {
-            [] => "none".to_owned(),
+            [] => "no effect".to_owned(),
             _ => set.join(" + "),
         };
         match self.from.as_slice() {
@@ -40,7 +40,7 @@ impl fmt::Display for SearchStep {
         }
         writeln!(
             f,
-            "  {} fits so far, some of one set from other starts; best set: {} (score {:.1}, {:.3} counts RMS)",
+            "  {} fits up to this round, some of one set from several initial values; best set: {} (score {:.1}, {:.3} counts RMS)",
             self.fitted,
             named(&self.best),
             self.score,

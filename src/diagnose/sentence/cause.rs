@@ -1,8 +1,8 @@
 //! Second part: the cause with its probability and parameters.
 
 use super::{
-    ABOVE_FLOOR, capitalized, counts, is_nominal_fitted, is_undescribed, listed, name, percent,
-    probability, repeatability_above_error, three,
+    ABOVE_FLOOR, capitalized, counts, is_nominal_fitted, is_undescribed, listed, name,
+    name_of_cause, percent, probability, repeatability_above_error, three,
 };
 use crate::diagnose::report::{Cause, Diagnosis, EffectClass, Interval, Verdict};
 use crate::diagnose::settings::Settings;
@@ -13,7 +13,7 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
     let p = probability(diagnosis.probability);
     let parameters = || percent(share_of(diagnosis, "parameters").max(0.0));
     if is_undescribed(diagnosis, settings) {
-        return "No effect that was tried describes these recordings: nearly all of the error remains. The probabilities only rank the sets that were tried.".to_owned();
+        return "No effect that was tried describes these recordings: nearly all of the held-out error remains. The probabilities only compare the sets that were tried.".to_owned();
     }
     match diagnosis.verdict {
         Verdict::BadRecording => String::new(),
@@ -21,7 +21,7 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
             format!("No effect is needed: P(no effect is present) {p}.")
         }
         Verdict::NoGap => format!(
-            "No effect is identified at this noise floor: P(no effect is present) {p}.{}{}",
+            "No effect is identified at this noise floor; P(no effect is present) {p}.{}{}",
             candidates(diagnosis),
             not_visible(diagnosis)
         ),
@@ -29,7 +29,7 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
         Verdict::Parameters if diagnosis.probability < settings.identified => format!(
-            "An effect is probably present: P(no effect is present) {p}.{} Re-identified parameters imitate {} of {ABOVE_FLOOR} and leave {} counts.{}",
+            "An effect is probably present: P(no effect is present) {p}.{} Re-identified parameters remove {} of {ABOVE_FLOOR}, probably by imitating an effect, and leave {} counts.{}",
             candidates(diagnosis),
             parameters(),
             counts(diagnosis.gap.after_parameters),
@@ -60,7 +60,7 @@ fn not_visible(diagnosis: &Diagnosis) -> String {
     let repeats = repeatability_above_error(diagnosis);
     repeats.map_or_else(String::new, |repeats| {
         format!(
-            " Runs with the same command differ by {} counts over a segment (repeatability). This includes the difference of their speeds at its start, which the model's error does not: it is an upper limit of the noise, and smaller effects are not visible.",
+            " Runs with the same command differ by {} counts over a segment (repeatability). The figure includes the difference of the runs' speeds at the start of a segment, which the model error does not include. So the noise is at most that large, and an effect with a smaller error is not visible.",
             counts(repeats)
         )
     })
@@ -140,7 +140,7 @@ fn identified(diagnosis: &Diagnosis, p: &str) -> String {
     };
     let one = |id: &&'static str| match class_of(id) {
         Some(class) => members(diagnosis, class),
-        None => name(id),
+        None => name_of_cause(diagnosis, id),
     };
     let probability_of = |id: &str| match class_of(id) {
         Some(class) => class.probability,
@@ -183,7 +183,7 @@ fn members(diagnosis: &Diagnosis, class: &EffectClass) -> String {
     let sum: f64 = members.iter().map(|cause| cause.inclusion).sum();
     let of = |cause: &&Cause| {
         let p = probability(cause.inclusion);
-        format!("{} (P {p})", name(cause.effect))
+        format!("{} (P {p})", name_of_cause(diagnosis, cause.effect))
     };
     let names: Vec<String> = members.iter().map(of).collect();
     // More than one of them is present in some set.
@@ -203,9 +203,9 @@ fn members(diagnosis: &Diagnosis, class: &EffectClass) -> String {
 fn reductions(diagnosis: &Diagnosis) -> String {
     let gap = &diagnosis.gap;
     let alone = share_of(diagnosis, "parameters");
-    let effects = match diagnosis.effects.len() {
-        1 => "the effect",
-        _ => "the effects",
+    let (effects, them) = match diagnosis.effects.len() {
+        1 => ("the effect", "it"),
+        _ => ("the effects", "them"),
     };
     let fitted = match is_nominal_fitted(diagnosis) {
         true => ", which was fitted to these runs",
@@ -217,7 +217,7 @@ fn reductions(diagnosis: &Diagnosis) -> String {
             " The held-out error with {effects} is not below that of the nominal model{fitted}."
         ),
         true => format!(
-            " Without {effects}, re-identified parameters imitate {} of {ABOVE_FLOOR} and leave {left} counts; with {effects} {remain} remain.",
+            " Without {effects}, re-identified parameters imitate {them}: they remove {} of {ABOVE_FLOOR} and leave {left} counts; with {effects} {remain} remain.",
             percent(alone)
         ),
         false => format!(
@@ -284,7 +284,7 @@ fn parameters(cause: &Cause) -> Option<String> {
             ..
         } = interval;
         let before = reference.map_or_else(String::new, |then| {
-            format!(", {} in the reference", three(then))
+            format!("; {} in the reference", three(then))
         });
         let unit = if unit.is_empty() {
             String::new()

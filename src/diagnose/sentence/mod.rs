@@ -12,9 +12,13 @@ use other_means::{is_at_limit, other_means};
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
 
-use super::report::{Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, Regime, Verdict};
+use super::is_parameter_change;
+use super::report::{
+    Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, ReferenceRuns, Regime, Verdict,
+};
 use super::settings::Settings;
 use super::settings::conventions::LEAST_PRINTED;
+use crate::motor::catalogue::ids;
 
 /// The four parts; `asked` is the command of the diagnosis.
 pub(crate) fn parts(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> [String; 4] {
@@ -74,7 +78,8 @@ fn error(diagnosis: &Diagnosis) -> String {
     let effects = match diagnosis.effects.is_empty() {
         true => String::new(),
         false => {
-            let names: Vec<String> = diagnosis.effects.iter().map(|id| name(id)).collect();
+            let effects = diagnosis.effects.iter();
+            let names: Vec<String> = effects.map(|id| name_of_cause(diagnosis, id)).collect();
             format!(
                 ", {} with {}",
                 counts(gap.after_effect),
@@ -84,6 +89,9 @@ fn error(diagnosis: &Diagnosis) -> String {
     };
     let nominal = counts(gap.before);
     match is_nominal_fitted(diagnosis) {
+        true if !is_cross_validated(gap) => format!(
+            "RMS error on all samples: {nominal} counts with the motor fitted to all of them, {refitted} with the motor fitted to a part of them{effects} (noise floor {floor})."
+        ),
         true => format!(
             "RMS error of the fitted motor: {nominal} counts on the data it was fitted to, {refitted} held out{effects} (noise floor {floor})."
         ),
@@ -98,6 +106,22 @@ pub(crate) fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
     diagnosis.nominal_source == NominalSource::Fit
         && diagnosis.reference.is_none()
         && diagnosis.gap.held_out != HELD_OUT_RUNS
+}
+
+/// Whether the errors are of cross-validation, so that each sample is predicted by a fit to others.
+pub(crate) fn is_cross_validated(gap: &Gap) -> bool {
+    gap.held_out.starts_with("cross")
+}
+
+/// The name of an identified effect; that of a change where the reference has the effect or parameter too.
+fn name_of_cause(diagnosis: &Diagnosis, id: &str) -> String {
+    let is_in_reference = |then: &ReferenceRuns| {
+        then.effects.contains(&id) || id == ids::INDUCTANCE || is_parameter_change(id)
+    };
+    match diagnosis.reference.as_ref().is_some_and(is_in_reference) {
+        true => format!("changed {}", name(id)),
+        false => name(id),
+    }
 }
 
 /// Reference of all shares.
@@ -125,7 +149,7 @@ fn remaining(diagnosis: &Diagnosis) -> String {
     }
     // Shares above 100 % compare the fitted data with held-out data.
     let share = match unexplained.share > 1.0 && is_nominal_fitted(diagnosis) {
-        true => "Nearly all of the error remains".to_owned(),
+        true => "Nearly all of the held-out error remains".to_owned(),
         false => format!(
             "{of_what}: {} of {ABOVE_FLOOR} ({})",
             percent(unexplained.share.max(0.0)),
@@ -164,9 +188,9 @@ pub(crate) fn no_recording_reason(
         _ if is_undescribed(diagnosis, settings) => {
             Some("no effect that was tried describes these recordings")
         }
-        _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) => {
-            Some("a probable effect is at the limit of its range, see the next step")
-        }
+        _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) => Some(
+            "a parameter of a probable effect is at its bound, and the next step is to measure it",
+        ),
         Verdict::Effect if is_known => Some("the cause is known"),
         Verdict::Parameters if is_known => Some("the parameters explain the error"),
         _ => None,
@@ -242,20 +266,20 @@ pub(crate) fn note(
         };
         let why = match (diagnosis.nominal_source, imitates) {
             (NominalSource::Handout, true) => {
-                ". They imitate an effect that is not identified, or the motor is not the handout's (give --motor or --nominal fit): do not use them"
+                ". These values imitate an effect that is not identified, or the motor is not the handout's (give --motor or --nominal fit): do not use them"
             }
-            (_, true) => ". They imitate an effect that is not identified: do not use them",
+            (_, true) => ". These values imitate an effect that is not identified: do not use them",
             (NominalSource::Given, false) => {
                 ": the motor has changed, the file is wrong, or the parameter compensates for a missing effect"
             }
             (_, false) => "",
         };
         let fit = match diagnosis.effects.is_empty() {
-            true => "Re-identified",
+            true => "In the fit without effects",
             false => "In the fit with the effect",
         };
         notes.push(format!(
-            "{fit}, {} the {whose} value, outside the tolerance{why}.",
+            "{fit}, {} the {whose} value, as improbable under the tolerance as three standard deviations or more{why}.",
             listed(&outside, "and")
         ));
     }
@@ -263,7 +287,7 @@ pub(crate) fn note(
     if scoring.score == "likelihood" && scoring.random_load_share > 0.0 {
         notes.extend(random_load(diagnosis).map(|[other, floor]| {
             format!(
-                "The rest of the error is taken as a random load torque of {} of the stall torque (estimated), which raises the noise floor from {other} to {floor} counts.",
+                "The error above quantization is modelled as a random load torque with a standard deviation of {} of the stall torque (estimated); this raises the noise floor from {other} to {floor} counts.",
                 percent(scoring.random_load_share)
             )
         }));

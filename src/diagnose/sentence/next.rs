@@ -33,9 +33,9 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> S
     all.join(" ")
 }
 
-const CHECK_BY_HAND: &str = "First check the supply and the counts per revolution (header of the run file, or flags of the import), and the recordings with `motorlab check`.";
+const CHECK_BY_HAND: &str = "First check that the supply and the counts per revolution are right (header of the run file, or flags of the import), and check the recordings with `motorlab check`.";
 
-const CHECK_REPEATS: &str = "First make sure that the runs with the same command are repeats of one set-up: no error below their repeatability can be judged. If they are not, diagnose them separately.";
+const CHECK_REPEATS: &str = "First make sure that the runs with the same command are repeats of one set-up, because an error below their repeatability cannot be judged. If they are not repeats, diagnose them separately.";
 
 /// The step.
 fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
@@ -56,8 +56,8 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
     let (to, flag) = match diagnosis.verdict {
         Verdict::Effect => (
             match diagnosis.effects.len() {
-                1 => "write a motor file with the effect, for simulate and compare",
-                _ => "write a motor file with the effects, for simulate and compare",
+                1 => "write a motor file with the effect, for the commands simulate and compare",
+                _ => "write a motor file with the effects, for the commands simulate and compare",
             },
             "--model-out diagnosed.toml",
         ),
@@ -70,7 +70,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             "--model-out fitted.toml",
         ),
         Verdict::NoGap | Verdict::NoChange => (
-            "use the model for commands like the recorded ones; for pictures of it",
+            "use the model for commands like the recorded ones; for a page with the recorded and simulated curves",
             "--html diagnosis.html",
         ),
         _ if is_quick => (
@@ -78,7 +78,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             "--html diagnosis.html",
         ),
         _ => (
-            "see as pictures where the error lies",
+            "make a page that shows where the error lies",
             "--html diagnosis.html",
         ),
     };
@@ -97,7 +97,7 @@ fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
             " This motor imitates these runs; its parameters are no measurement.".to_owned()
         }
         Verdict::NoGap | Verdict::NoChange => {
-            " No recording shows every effect: `motorlab design --profile reversing` lists those that a profile hardly shows.".to_owned()
+            " No recording shows every effect: `motorlab design --profile NAME` lists those that the profile NAME (such as reversing) excites too little.".to_owned()
         }
         _ => String::new(),
     };

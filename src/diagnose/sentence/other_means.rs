@@ -21,7 +21,7 @@ const MEANS: [(&str, &str); 14] = [
     ),
     (
         ids::SUPPLY_SAG,
-        "measure the supply's voltage and current at rest and at full duty: source_resistance_ohm = voltage drop / rise of the current",
+        "measure the supply's voltage and current with the motor at rest and turning at full duty: source_resistance_ohm = decrease of the voltage / increase of the current",
     ),
     (
         ids::RESOLUTION_ERROR,
@@ -66,7 +66,7 @@ const MEANS: [(&str, &str); 14] = [
     ),
 ];
 
-/// Steps other than a recording: for probable effects at a limit of their range, and for an ambiguous verdict without
+/// Steps other than a recording: for probable effects with a parameter at its bound, and for an ambiguous verdict without
 /// a useful profile; `None` if there is none.
 pub(super) fn other_means(diagnosis: &Diagnosis, settings: &Settings) -> Option<String> {
     let is_settled = matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange);
@@ -86,7 +86,7 @@ pub(super) fn other_means(diagnosis: &Diagnosis, settings: &Settings) -> Option<
     }
 }
 
-/// Probable effects with a parameter at a limit of its range.
+/// Probable effects with a parameter at its bound.
 fn bounded<'a>(diagnosis: &'a Diagnosis, settings: &Settings) -> Vec<&'a Cause> {
     let is_bounded = |cause: &&Cause| cause.at_bound && cause.inclusion >= settings.identified;
     diagnosis.causes.iter().filter(is_bounded).collect()
@@ -97,21 +97,22 @@ pub(crate) fn is_at_limit(diagnosis: &Diagnosis, settings: &Settings) -> bool {
     !bounded(diagnosis, settings).is_empty()
 }
 
-const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effects remove less than a tenth of the remaining error, so there is nothing to gain from separating them.";
+const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effects remove less than a tenth of the held-out error that remains without them, so there is nothing to gain from separating them.";
 
-/// Effects at a limit of their range: the fitted value is no estimate, and no recording changes that.
+/// Effects with a parameter at its bound: the fitted value is no estimate, and no recording changes that.
 fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
     let names: Vec<String> = bounded.iter().map(|cause| name(cause.effect)).collect();
     let limits: Vec<Limit<'_>> = (bounded.iter())
-        .flat_map(|cause| cause.parameters.iter())
-        .filter(|(_, value)| value.at_bound)
-        .map(|(key, value)| Limit::of(key, value))
+        .flat_map(|cause| {
+            cause
+                .parameters
+                .iter()
+                .map(move |(key, value)| (cause, key, value))
+        })
+        .filter(|(.., value)| value.at_bound)
+        .map(|(cause, key, value)| Limit::of(cause.effect, key, value))
         .collect();
-    let ranges: Vec<String> = limits.iter().map(Limit::range).collect();
-    let ranges = match ranges.is_empty() {
-        true => String::new(),
-        false => format!(" ({})", ranges.join(", ")),
-    };
+    let at_bound: Vec<String> = limits.iter().map(Limit::words).collect();
     let measured: Vec<String> = match bounded {
         [only] => measurement(only.effect)
             .map(str::to_owned)
@@ -119,9 +120,9 @@ fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
             .collect(),
         _ => measurements(bounded.iter().map(|cause| cause.effect)),
     };
-    let (is, its) = match bounded {
-        [_] => ("is", "its range"),
-        _ => ("are", "their ranges"),
+    let is = match bounded {
+        [_] => "is",
+        _ => "are",
     };
     let names = listed(&names, "and");
     let measured = match measured.is_empty() {
@@ -148,15 +149,23 @@ fn at_limit(diagnosis: &Diagnosis, bounded: &[&Cause]) -> String {
     let sections: Vec<String> = (bounded.iter())
         .map(|cause| format!("[effects.{}]", cause.effect))
         .collect();
+    let no_estimate = match at_bound.as_slice() {
+        [] => format!("A parameter of {names} is at its bound, so it is no estimate."),
+        [only] => format!("The fit of {only}, so it is no estimate."),
+        all => format!(
+            "The fit of {}, so these are no estimates.",
+            listed(all, "and")
+        ),
+    };
     format!(
-        "{} {is} at the limit of {its}{ranges}, which is no estimate. {measured} write it into the motor file{template} under {} and diagnose again with --motor.",
-        capitalized(&names),
+        "{no_estimate} {measured} write it into the motor file{template} under {} and diagnose again with --motor.",
         listed(&sections, "and")
     )
 }
 
-/// The limit of a parameter's range at which its fit ended.
+/// The bound of a parameter at which its fit ended.
 struct Limit<'a> {
+    effect: &'static str,
     key: &'a str,
     /// With its unit.
     value: String,
@@ -164,22 +173,24 @@ struct Limit<'a> {
 }
 
 impl<'a> Limit<'a> {
-    fn of(key: &'a str, fitted: &Interval) -> Self {
+    fn of(effect: &'static str, key: &'a str, fitted: &Interval) -> Self {
         let (key, fitted) = fitted.determined(key);
         let value = format!("{} {}", three(fitted.value), fitted.unit);
         Self {
+            effect,
             key,
             value: value.trim_end().to_owned(),
             is_upper: fitted.hi95 - fitted.value <= fitted.value - fitted.lo95,
         }
     }
 
-    fn range(&self) -> String {
+    fn words(&self) -> String {
         let Self { key, value, .. } = self;
-        match self.is_upper {
-            true => format!("{key}: range up to {value}"),
-            false => format!("{key}: range from {value}"),
-        }
+        let bound = if self.is_upper { "upper" } else { "lower" };
+        format!(
+            "{key} ({}) ends at its {bound} bound of {value}",
+            name(self.effect)
+        )
     }
 
     fn inside(&self) -> &'static str {

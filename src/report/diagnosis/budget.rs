@@ -1,14 +1,21 @@
 //! The error budget as table and bars, for page and terminal.
 
-use crate::diagnose::{BudgetStep, Diagnosis, LEAST_PRINTED, Verdict, is_nominal_fitted};
+use crate::diagnose::{
+    BudgetStep, Diagnosis, LEAST_PRINTED, Verdict, is_cross_validated, is_nominal_fitted,
+};
 use crate::report::number::{figure, percent, probability};
 use crate::report::{Bar, Bars, Scale};
 
-/// A step of the error budget.
-pub fn step_words(step: &BudgetStep) -> &'static str {
-    match step.step {
-        "parameters" => "re-identified parameters",
-        step => step,
+/// The model of a row; where the nominal one was fitted to the same runs, also the data of its error.
+fn model_words(diagnosis: &Diagnosis, step: &BudgetStep) -> &'static str {
+    let is_fitted = is_nominal_fitted(diagnosis);
+    match (step.step, is_fitted, is_cross_validated(&diagnosis.gap)) {
+        ("nominal", true, true) => "nominal (fitted data)",
+        ("nominal", true, false) => "nominal (fitted to all samples)",
+        ("parameters", true, true) => "re-identified parameters (held out)",
+        ("parameters", true, false) => "re-identified parameters (fitted to a part)",
+        ("parameters", false, _) => "re-identified parameters",
+        (step, ..) => step,
     }
 }
 
@@ -29,8 +36,8 @@ fn share(share: f64) -> String {
 
 /// Column names of [`budget_rows`]; the last one only if a step has alternatives.
 pub const BUDGET_COLUMNS: [&str; 5] = [
-    "step",
-    "RMS error after it (counts)",
+    "model",
+    "RMS error (counts)",
     "share",
     "95\u{a0}% interval",
     "alternatives (inclusion probability)",
@@ -58,7 +65,7 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
             .map(|one| format!("{} ({})", one.effect, probability(one.probability)))
             .collect();
         let mut row = vec![
-            step_words(step).to_owned(),
+            model_words(diagnosis, step).to_owned(),
             figure(step.rms_counts, 3),
             shares(diagnosis, || share(step.share)),
             shares(diagnosis, || share_interval(step.lo95, step.hi95)),
@@ -77,14 +84,14 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
 /// Reference of the shares in the budget, or why there are none.
 pub fn budget_note(diagnosis: &Diagnosis) -> String {
     if has_shares(diagnosis) {
-        return "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.".to_owned();
+        return "Share: the part of the nominal model's held-out squared error above the noise floor (nominal: 100\u{a0}% by definition) that a row removes beyond the rows above it, negative where it adds error. So an effect's share is what it removes beyond re-identified parameters. Unexplained: the part that remains.".to_owned();
     }
     let mut notes = Vec::new();
     if diagnosis.verdict == Verdict::NoGap {
         notes.push("The error of the nominal model is not significantly above the noise floor.");
     }
     if is_nominal_fitted(diagnosis) {
-        notes.push(match diagnosis.gap.held_out.starts_with("cross") {
+        notes.push(match is_cross_validated(&diagnosis.gap) {
             true => "The nominal row is the error on the fitted data, the other rows are cross-validated (held out): not comparable.",
             false => "The nominal row is fitted to all samples, the other rows to a part of them: not comparable.",
         });
@@ -96,7 +103,7 @@ pub fn budget_note(diagnosis: &Diagnosis) -> String {
 pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
     let has_shares = has_shares(diagnosis);
     let bar = |step: &BudgetStep| Bar {
-        name: step_words(step).to_owned(),
+        name: model_words(diagnosis, step).to_owned(),
         value: if has_shares { step.share } else { 0.0 },
         text: shares(diagnosis, || {
             let interval = share_interval(step.lo95, step.hi95);

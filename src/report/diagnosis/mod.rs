@@ -25,10 +25,10 @@ pub use bad_recording::{bad_recording_page, recorded};
 pub use budget::{BUDGET_COLUMNS, budget_bars, budget_note, budget_rows};
 pub use overlay::recorded_speed;
 pub use words::{
-    DETAILED_FROM, cause_words, causes_note, class_of_cause, class_words, discrete_words,
-    effects_words, few_words, fitted_words, interval_words, is_optional, measured,
-    motor_file_column, named_parts, no_recording, of_reference, sets_note, torque_words,
-    value_column,
+    DETAILED_FROM, cause_words, causes_note, causes_title, class_of_cause, class_words,
+    discrete_words, effects_words, few_words, fitted_words, hypotheses, interval_words,
+    is_optional, measured, motor_file_column, named_parts, no_recording, of_reference,
+    parameters_note, sets_note, value_column,
 };
 
 /// One run, recorded and simulated.
@@ -74,7 +74,7 @@ pub fn smoothing_words(overlays: &[RunOverlay]) -> Option<String> {
         _ => format!(" of {}", names.join(", ")),
     };
     Some(format!(
-        "Speed{of} is averaged over 60 ms: one count more in a sample is a large step of speed."
+        "Speed{of} is averaged over 60 ms, because one count more in a sample is a large step of speed."
     ))
 }
 
@@ -140,11 +140,11 @@ pub(super) fn lay_out(
     next_experiment(page, diagnosis);
     page.section("Motor file of the verdict");
     if diagnosis.has_torque() {
-        page.note("For simulate and compare; diagnose writes it with --model-out.");
+        page.note("For the commands simulate and compare; diagnose writes it with --model-out.");
         page.verbatim(&diagnosis.model.to_toml());
     } else {
         page.note(
-            "diagnose writes it with --model-out, for simulate and compare. It has to assume a resistance, and says so in its first lines; it is not printed here, since no recording determines those numbers.",
+            "diagnose writes it with --model-out, for the commands simulate and compare. It has to assume a resistance, and says so in its first lines; it is not printed here, since no recording determines those numbers.",
         );
     }
     page.note(&format!(
@@ -202,7 +202,8 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
         &rows,
     );
     let note = format!(
-        "Inclusion probability: the sum over all sets that contain the effect. A click on a column's name sorts. {}",
+        "Inclusion probability: {}, the sum over all sets that contain the effect. A click on a column's name sorts. {}",
+        causes_title(diagnosis),
         causes_note(diagnosis)
     );
     page.note(note.trim_end());
@@ -247,7 +248,7 @@ fn sets(page: &mut Page, diagnosis: &Diagnosis) {
 }
 
 fn recorded_over_simulated(page: &mut Page, diagnosis: &Diagnosis, measured: &[Run]) {
-    page.section("Recorded over simulated");
+    page.section("Recorded and simulated");
     page.note(
         "Each segment is predicted from its measured initial state, as in the error budget; it begins at a dashed vertical line, where the curves of the models are broken. Error: recorded minus predicted position. Band: 95 % of the errors at this time since the start of a segment, over all segments.",
     );
@@ -322,12 +323,12 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
         ""
     };
     page.paragraph(&format!(
-        "{optional}This recording{} would separate {}, each pair by at least {} standard deviations of the noise:",
+        "{optional}This recording{} would separate these hypotheses: {} (each pair by at least {} standard deviations of the noise).",
         change.map_or(String::new(), |change| format!(
             " with {}",
             change.words()
         )),
-        few_words(&next.named(diagnosis.verdict)),
+        hypotheses(&next.named(diagnosis.verdict)),
         figure(next.expected_separation, 2)
     ));
     page.verbatim(&next.command);

@@ -66,7 +66,7 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
         rows.push(row(compared, name, &value, Some(nominal)));
     }
     page.table(&columns(compared, &words::value_column(diagnosis)), &rows);
-    page.note(&words::torque_words(diagnosis));
+    page.note(&words::parameters_note(diagnosis));
 }
 
 /// Column names, with the column of the values to compare with, if there is one.
@@ -92,10 +92,7 @@ fn row(
         name,
         figure(interval.value, 4),
         match interval.at_bound {
-            true => format!(
-                "{}, at the limit of its range",
-                words::interval_words(interval)
-            ),
+            true => format!("{}, estimate at its bound", words::interval_words(interval)),
             false => words::interval_words(interval),
         },
         unit.to_owned(),

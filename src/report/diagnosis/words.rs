@@ -1,10 +1,12 @@
 //! Texts that page and terminal share.
 
 use crate::diagnose::{
-    Cause, Diagnosis, EffectClass, Interval, NominalSource, ReferenceRuns, Settings, Verdict,
+    Cause, Diagnosis, EffectClass, HELD_OUT_RUNS, Interval, NominalSource, ReferenceRuns, Settings,
+    Verdict,
 };
 use crate::diagnose::{
-    class_of, is_parameter_change, is_undescribed, no_recording_reason, without_assumed_unit,
+    class_of, is_cross_validated, is_nominal_fitted, is_parameter_change, is_undescribed, name,
+    no_recording_reason, without_assumed_unit,
 };
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
@@ -45,10 +47,10 @@ fn verdict_words(diagnosis: &Diagnosis) -> String {
     let settings = &Settings::default();
     let meaning = match verdict {
         Verdict::Parameters if diagnosis.probability < settings.identified => {
-            "re-identified parameters remove more than 90\u{a0}% of the squared error, but probably imitate an effect that is not identified"
+            "re-identified parameters remove more than 90\u{a0}% of the squared error, but probably by imitating an effect that is not identified, so they are no measurement"
         }
         Verdict::Ambiguous if is_undescribed(diagnosis, settings) => {
-            "an effect improves the fit, but none is identified, and nearly all of the error remains"
+            "effects raise the log score, but none is identified, and nearly all of the held-out error remains"
         }
         Verdict::Parameters if is_nearly_all => {
             "no effect is identified, and re-identified parameters remove more than 90\u{a0}% of the squared error"
@@ -60,14 +62,13 @@ fn verdict_words(diagnosis: &Diagnosis) -> String {
 
 /// An effect with its description.
 pub fn cause_words(id: &str) -> String {
-    let tolerance = match is_parameter_change(id) {
-        true => " by more than its tolerance",
-        false => "",
-    };
-    kind(id).map_or_else(
-        || id.to_owned(),
-        |kind| format!("{id}: {}{tolerance}", kind.summary),
-    )
+    if is_parameter_change(id) {
+        return format!(
+            "{id}: a change of {} that its tolerance (prior) does not explain",
+            name(id)
+        );
+    }
+    kind(id).map_or_else(|| id.to_owned(), |kind| format!("{id}: {}", kind.summary))
 }
 
 /// A set of effects.
@@ -105,11 +106,11 @@ pub(super) fn nominal_words(diagnosis: &Diagnosis) -> &'static str {
 pub fn of_reference(diagnosis: &Diagnosis, reference: &ReferenceRuns) -> String {
     let model = match (reference.effects.as_slice(), diagnosis.nominal_source) {
         ([], NominalSource::Given) => "The motor file's model without further effects".to_owned(),
-        ([], _) => "The basic motor without effects".to_owned(),
+        ([], _) => "The basic motor".to_owned(),
         (effects, _) => format!("The motor with {}", effects.join(" + ")),
     };
     format!(
-        "{model} describes the reference ({}) to {} counts RMS.",
+        "{model}, fitted to the reference ({}), leaves {} counts RMS there.",
         reference.runs.join(", "),
         figure(reference.rms_counts, 3)
     )
@@ -131,11 +132,21 @@ pub fn no_recording(diagnosis: &Diagnosis) -> String {
 /// The first few names, and the number of the others.
 pub fn few_words(names: &[String]) -> String {
     let named = names[..names.len().min(NAMED)].iter();
-    let named = named.map(|name| if name == "none" { "no effect" } else { name });
-    let named = named.collect::<Vec<_>>().join(", ");
+    let named = named.map(String::as_str).collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(NAMED) {
         0 => named,
         others => format!("{named} and {others} more"),
+    }
+}
+
+/// Sets of effects that a recording would separate, as a list of hypotheses.
+pub fn hypotheses(sets: &[String]) -> String {
+    let named = sets[..sets.len().min(NAMED)].iter();
+    let named = named.map(|set| if set == "none" { "no effect" } else { set });
+    let named = named.collect::<Vec<_>>().join("; ");
+    match sets.len().saturating_sub(NAMED) {
+        0 => named,
+        others => format!("{named}; {others} more"),
     }
 }
 
@@ -162,13 +173,13 @@ pub fn measured(diagnosis: &Diagnosis) -> String {
     };
     let parts = [
         part("quantization", Some(parts.rounding)),
-        part("random load and random effects", parts.random),
+        part("random load torque and stochastic effects", parts.random),
         part(repeats, parts.repeats),
         part("good enough", parts.good_enough),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     format!(
-        "Prediction error of the position over segments of {} s (median), {}. Held-out errors are measured {} {}. Noise floor {} counts ({}{}).",
+        "RMS errors are prediction errors of the position over segments of {} s (median), {}. {}. Noise floor {} counts ({}{}).",
         figure(gap.horizon_s, 3),
         match gap.travel {
             0.0 => "of which more than half are at standstill".to_owned(),
@@ -177,11 +188,12 @@ pub fn measured(diagnosis: &Diagnosis) -> String {
                 figure(travel, 4)
             ),
         },
-        match gap.held_out.starts_with("cross") {
-            true => "by",
-            false => "on",
+        match (gap.held_out.as_str(), is_cross_validated(gap)) {
+            (method, true) => format!("Held-out errors are measured by {method}"),
+            (HELD_OUT_RUNS, _) => format!("Held-out errors are measured on {HELD_OUT_RUNS}"),
+            (method, false) =>
+                format!("Errors are measured on {method}, so they are not strictly held out"),
         },
-        gap.held_out,
         figure(gap.floor, 3),
         match parts.len() {
             1 => "",
@@ -209,15 +221,15 @@ pub fn fitted_words(diagnosis: &Diagnosis) -> String {
 pub fn sets_note(diagnosis: &Diagnosis) -> String {
     let score = match diagnosis.scoring.score {
         "likelihood" => {
-            "Compare sets by log score (higher is better), not by RMS: the fit divides each residual by its expected standard deviation."
+            "Log score: log evidence; higher is better. Compare sets by it, not by RMS: the fit divides each residual by its expected standard deviation."
         }
         _ => {
-            "Log score: -N ln(RMS) less a penalty for each parameter, N being the effective number of observations; higher is better."
+            "Log score (scale-free): -N ln(RMS) less a penalty for each parameter, N being the effective number of observations; higher is better."
         }
     };
+    let rate = figure(diagnosis.scoring.learning_rate, 3);
     format!(
-        "{score} Probability is proportional to exp({} log score).",
-        figure(diagnosis.scoring.learning_rate, 3)
+        "{score} Probability is proportional to exp({rate} log score); {rate} is the learning rate, which tempers the likelihood (docs/method/diagnosis.md)."
     )
 }
 
@@ -229,7 +241,7 @@ pub fn class_of_cause(cause: &Cause) -> Option<String> {
         Some(p) => {
             let identified = Settings::default().identified;
             let limit = match cause.at_bound && p >= identified && cause.inclusion < identified {
-                true => ", at the limit of its range",
+                true => ", a parameter at its bound",
                 false => "",
             };
             format!("class {class}: {} together{limit}", probability_of("", p))
@@ -238,19 +250,29 @@ pub fn class_of_cause(cause: &Cause) -> Option<String> {
     })
 }
 
+/// Meaning of the inclusion probabilities.
+pub fn causes_title(diagnosis: &Diagnosis) -> &'static str {
+    match is_undescribed(diagnosis, &Settings::default()) {
+        true => {
+            "probability relative to the sets that were tried, none of which describes the recordings"
+        }
+        false => "probability that an effect is present, alone or with others",
+    }
+}
+
 /// Meaning of a class, and the tolerance of parameter changes, if there are such causes.
 pub fn causes_note(diagnosis: &Diagnosis) -> String {
     let causes = || diagnosis.causes.iter();
     let mut notes = Vec::new();
     if causes().any(|cause| class_of(cause.effect).is_some()) {
         notes.push(
-            "Class: effects that look alike in most recordings. P together, where it is printed: that at least one of them is present.",
+            "Class: effects that look alike in most recordings (docs/reference/reading-a-diagnosis.md); P together: the probability that at least one of its effects is present.",
         );
     }
     if causes().any(|cause| is_parameter_change(cause.effect)) {
         notes.push(match diagnosis.reference {
-            Some(_) => "Tolerance: that of the reference's parameters.",
-            None => "Tolerance: a prior, no limit: the motor file's, else 5\u{a0}% with heavy tails, by which even a severalfold change may count as re-identified parameters.",
+            Some(_) => "Tolerance: what the reference leaves uncertain in a parameter, and 1\u{a0}%.",
+            None => "Tolerance: the standard deviation of a parameter's prior, not a bound: the motor file's, or 5\u{a0}% by default. Without a stated tolerance the prior has heavy tails, so that even a severalfold change can be attributed to re-identified parameters.",
         });
     }
     notes.join(" ")
@@ -259,7 +281,7 @@ pub fn causes_note(diagnosis: &Diagnosis) -> String {
 /// The models in the figures, from the nominal one on.
 pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
     let nominal = match diagnosis.reference {
-        Some(_) => "reference model",
+        Some(_) => "nominal (reference)",
         None => "nominal",
     };
     let mut names = vec![nominal.to_owned(), "re-identified".to_owned()];
@@ -326,8 +348,20 @@ pub(super) fn equation(diagnosis: &Diagnosis, kind: &EffectKind) -> String {
     })
 }
 
+/// Meaning of the intervals beside nominal values, and the source of figures in N m.
+pub fn parameters_note(diagnosis: &Diagnosis) -> String {
+    let is_fitted = is_nominal_fitted(diagnosis);
+    let of_nominal = match diagnosis.verdict {
+        Verdict::NoGap | Verdict::NoChange if !is_fitted => {
+            "Intervals: the uncertainty around the nominal values that these recordings leave. "
+        }
+        _ => "",
+    };
+    format!("{of_nominal}{}", torque_words(diagnosis))
+}
+
 /// Source of figures in N m and kg m^2, or why there are none.
-pub fn torque_words(diagnosis: &Diagnosis) -> String {
+fn torque_words(diagnosis: &Diagnosis) -> String {
     if diagnosis.command_kind == CommandKind::Torque {
         return "The command is a torque, so that torques are known in N m.".to_owned();
     }
@@ -339,7 +373,7 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
         };
         return match diagnosis.command_kind {
             CommandKind::Voltage => format!(
-                "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor with `--model-out {file}`, then `motorlab motor {file} --resistance OHM`."
+                "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor file with `--model-out {file}`, then `motorlab motor {file} --resistance OHM`."
             ),
             _ => {
                 "The torque constant is not known: friction and loads are in units of the command."
@@ -353,7 +387,7 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
     };
     match diagnosis.identifiable.si {
         Some(known) => format!(
-            "Torques in N m are known from the {}: {ratio} = {} {} per N m.",
+            "Torques in N m follow from the {}: {ratio} = {} {} per N m.",
             known.source.replace('_', " "),
             figure(known.command_per_nm, 4),
             diagnosis.identifiable.friction_v.unit
