@@ -6,7 +6,7 @@
 use serde_json::Value;
 
 use super::super::table::Table;
-use super::json::Columns;
+use super::json::{Columns, MOST_NAME};
 use super::{Form, FormatError};
 
 const FORM: Form = Form::Documents;
@@ -113,6 +113,18 @@ struct Under {
     items: usize,
 }
 
+impl Under {
+    /// A name beyond the limit is cut, still beyond it: what is beneath is passed over.
+    fn of(indent: usize, name: &str, is_item: bool) -> Self {
+        Self {
+            indent,
+            name: name.chars().take(MOST_NAME + 1).collect(),
+            is_item,
+            items: 0,
+        }
+    }
+}
+
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let mut columns = Columns::default();
@@ -143,12 +155,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
                 list.items += 1;
                 match Line::of(rest) {
                     Line::Key(_, key, value) => {
-                        under.push(Under {
-                            indent,
-                            name,
-                            is_item: true,
-                            items: 0,
-                        });
+                        under.push(Under::of(indent, &name, true));
                         (indent + 2, key, value)
                     }
                     _ => {
@@ -167,12 +174,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
             None => key.to_owned(),
         };
         match value {
-            "" => under.push(Under {
-                indent,
-                name,
-                is_item: false,
-                items: 0,
-            }),
+            "" => under.push(Under::of(indent, &name, false)),
             value => is_open |= columns.put_value(&name, &flow(value), 0),
         }
     }
@@ -349,6 +351,13 @@ mod tests {
         // A list that continues in the next line.
         let log = "t: 1\npos: [5, 6,\n---\nt: 2\npos: [7, 8\n---\n";
         assert_eq!(text(log), "\"t\",\"pos[0]\",\"pos[1]\"\n1,5,6\n2,7,8\n");
+    }
+
+    #[test]
+    fn what_is_beneath_a_longer_name_than_the_most_is_passed_over() {
+        let key = "k".repeat(MOST_NAME);
+        let log = format!("t: 1\n{key}:\n  a:\n  - 5\n  - b: 6\nu: 2\n---\nt: 2\nu: 3\n---\n");
+        assert_eq!(text(&log), "\"t\",\"u\"\n1,2\n2,3\n");
     }
 
     #[test]
