@@ -6,7 +6,7 @@
 use serde_json::Value;
 
 use super::super::table::Table;
-use super::json::Columns;
+use super::json::{Columns, MOST_NAME};
 use super::{Form, FormatError};
 
 const FORM: Form = Form::Documents;
@@ -113,6 +113,18 @@ struct Under {
     items: usize,
 }
 
+impl Under {
+    /// A name beyond the limit is cut, still beyond it: what is beneath is passed over.
+    fn of(indent: usize, name: &str, is_item: bool) -> Self {
+        Self {
+            indent,
+            name: name.chars().take(MOST_NAME + 1).collect(),
+            is_item,
+            items: 0,
+        }
+    }
+}
+
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
     let mut columns = Columns::default();
@@ -143,12 +155,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
                 list.items += 1;
                 match Line::of(rest) {
                     Line::Key(_, key, value) => {
-                        under.push(Under {
-                            indent,
-                            name,
-                            is_item: true,
-                            items: 0,
-                        });
+                        under.push(Under::of(indent, &name, true));
                         (indent + 2, key, value)
                     }
                     _ => {
@@ -167,12 +174,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
             None => key.to_owned(),
         };
         match value {
-            "" => under.push(Under {
-                indent,
-                name,
-                is_item: false,
-                items: 0,
-            }),
+            "" => under.push(Under::of(indent, &name, false)),
             value => is_open |= columns.put_value(&name, &flow(value), 0),
         }
     }
@@ -197,18 +199,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     Ok(table)
 }
 
-/// A value on one line: a number, a truth value, a time stamp as text, `[1, 2]`, `{x: 1}`; null for words.
+/// A value on one line: a number, a truth value, a time stamp as text, `[1, 2]`, `{x: 1}`; the text itself for words.
 fn flow(text: &str) -> Value {
     let mut rest = text;
-    let value = flow_value(&mut rest, 0);
-    match rest.trim().is_empty() || rest.trim_start().starts_with('#') {
-        true => value,
+    match flow_value(&mut rest, 0) {
+        Some(value) if rest.trim().is_empty() || rest.trim_start().starts_with('#') => value,
         // `12:34:56.5` and the like.
-        false => Value::String(text.trim().to_owned()),
+        _ => Value::String(text.trim().to_owned()),
     }
 }
 
-fn flow_value(rest: &mut &str, depth: usize) -> Value {
+/// The value at the beginning, which is removed; `None` where a bracket is not closed by its own.
+fn flow_value(rest: &mut &str, depth: usize) -> Option<Value> {
     *rest = rest.trim_start();
     let ends = |rest: &mut &str, end: char| match rest.trim_start().strip_prefix(end) {
         Some(after) => {
@@ -217,23 +219,31 @@ fn flow_value(rest: &mut &str, depth: usize) -> Value {
         }
         None => rest.trim_start().is_empty(),
     };
-    let comma = |rest: &mut &str| {
-        if let Some(after) = rest.trim_start().strip_prefix(',') {
-            *rest = after;
+    // The next value would begin at the bracket of another list, and be empty for ever.
+    let goes_on = |rest: &mut &str, end: char| {
+        *rest = rest.trim_start();
+        match rest.strip_prefix(',') {
+            Some(after) => {
+                *rest = after;
+                true
+            }
+            None => rest.starts_with(end) || !rest.starts_with([']', '}']),
         }
     };
     if depth > MOST_DEPTH {
         *rest = "";
-        return Value::Null;
+        return Some(Value::Null);
     }
     if let Some(after) = rest.strip_prefix('[') {
         *rest = after;
         let mut values = Vec::new();
         while !ends(rest, ']') {
-            values.push(flow_value(rest, depth + 1));
-            comma(rest);
+            values.push(flow_value(rest, depth + 1)?);
+            if !goes_on(rest, ']') {
+                return None;
+            }
         }
-        return Value::Array(values);
+        return Some(Value::Array(values));
     }
     if let Some(after) = rest.strip_prefix('{') {
         *rest = after;
@@ -245,10 +255,12 @@ fn flow_value(rest: &mut &str, depth: usize) -> Value {
             };
             let key = key.trim().trim_matches(['"', '\'']).to_owned();
             *rest = after;
-            map.insert(key, flow_value(rest, depth + 1));
-            comma(rest);
+            map.insert(key, flow_value(rest, depth + 1)?);
+            if !goes_on(rest, '}') {
+                return None;
+            }
         }
-        return Value::Object(map);
+        return Some(Value::Object(map));
     }
     let end = match depth {
         0 => rest.len(),
@@ -256,7 +268,7 @@ fn flow_value(rest: &mut &str, depth: usize) -> Value {
     };
     let (word, after) = rest.split_at(end);
     *rest = after;
-    scalar(word.split(" #").next().unwrap_or(word).trim())
+    Some(scalar(word.split(" #").next().unwrap_or(word).trim()))
 }
 
 fn scalar(word: &str) -> Value {
@@ -328,6 +340,24 @@ mod tests {
             "\"t\",\"motors[0].id\",\"motors[0].pos\",\"motors[1].id\",\"motors[1].pos\",\"extra.list[0]\",\"extra.list[1]\",\"extra.u\"\n\
              1,3,5,4,6,1,2,2\n2,3,7,,,,,\n"
         );
+    }
+
+    #[test]
+    fn a_bracket_that_another_closes_is_text() {
+        for broken in ["[2, 3_}", "{x: 1, y: [2, 3_}", "[{x: 1]", "{x: 1]", "[2}"] {
+            let log = format!("t: 1\npos: {broken}\n---\nt: 2\npos: 5\n---\n");
+            assert_eq!(text(&log), "\"t\",\"pos\"\n1,\n2,5\n", "{broken}");
+        }
+        // A list that continues in the next line.
+        let log = "t: 1\npos: [5, 6,\n---\nt: 2\npos: [7, 8\n---\n";
+        assert_eq!(text(log), "\"t\",\"pos[0]\",\"pos[1]\"\n1,5,6\n2,7,8\n");
+    }
+
+    #[test]
+    fn what_is_beneath_a_longer_name_than_the_most_is_passed_over() {
+        let key = "k".repeat(MOST_NAME);
+        let log = format!("t: 1\n{key}:\n  a:\n  - 5\n  - b: 6\nu: 2\n---\nt: 2\nu: 3\n---\n");
+        assert_eq!(text(&log), "\"t\",\"u\"\n1,2\n2,3\n");
     }
 
     #[test]

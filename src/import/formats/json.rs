@@ -14,6 +14,9 @@ use super::{Form, FormatError, MOST_VALUES};
 const FORM: Form = Form::Json;
 /// Objects within objects are followed so deep.
 const MOST_DEPTH: usize = 8;
+/// Most bytes of a name; a table keeps fewer. A longer key would be in the name of every value beneath it, and take memory
+/// as the square of the file's size.
+pub(super) const MOST_NAME: usize = 256;
 
 /// Of what a terminal put before a line: the time in s.
 const RECEIVED: &str = "received_s";
@@ -47,7 +50,7 @@ pub(super) fn is_json(beginning: &[u8]) -> bool {
     }
 }
 
-/// Columns that are being read: name and numbers, NaN in rows without one.
+/// Columns that are being read: name and numbers, NaN in rows without one. Those of a name beyond the limit are passed over.
 #[derive(Default)]
 pub(super) struct Columns {
     rows: usize,
@@ -57,6 +60,9 @@ pub(super) struct Columns {
 
 impl Columns {
     pub fn put(&mut self, name: &str, number: f64) {
+        if name.len() > MOST_NAME {
+            return;
+        }
         let column = match self.columns.iter().position(|(known, _)| known == name) {
             Some(at) => &mut self.columns[at].1,
             None => {
@@ -72,6 +78,9 @@ impl Columns {
 
     /// Everything of a row that is a number; whether there was any.
     pub fn put_value(&mut self, name: &str, value: &Value, depth: usize) -> bool {
+        if name.len() > MOST_NAME {
+            return false;
+        }
         let before = self.values;
         let below = |key: &str| match name.is_empty() {
             true => key.to_owned(),
@@ -312,6 +321,16 @@ pub(super) mod tests {
         );
         let nested = "{\"t\": 0, \"m\": {\"u\": [1, 2]}}\n{\"t\": 1}\nboot\n";
         assert_eq!(text(nested), "\"m.u[0]\",\"m.u[1]\",\"t\"\n1,2,0\n,,1\n");
+    }
+
+    #[test]
+    fn what_is_beneath_a_longer_name_than_the_most_is_passed_over() {
+        let json = |key: usize| {
+            let key = "k".repeat(key);
+            format!("{{\"{key}\": [1, {{\"a\": 2}}], \"t\": 0}}\n{{\"t\": 1}}\n")
+        };
+        assert!(text(&json(MOST_NAME - 3)).ends_with("\n1,0\n,1\n"));
+        assert_eq!(text(&json(MOST_NAME + 1)), "\"t\"\n0\n1\n");
     }
 
     #[test]
