@@ -92,7 +92,7 @@ fn settings(path: &Path) -> Result<Settings, Failure> {
     toml::from_str(&text).map_err(|error| {
         Failure::wrong(
             format!("{}: {}", shown(path), error.to_string().trim_end()),
-            "docs/reference/diagnosis.md lists the settings; without --settings the built-in ones hold",
+            "docs/method/diagnosis.md links to the list of settings; without --settings the defaults hold",
         )
     })
 }

@@ -29,8 +29,8 @@ use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
 use super::settings::solver::{
-    FEWEST_SAMPLES_OF_LIMIT, FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS_PER_SAMPLE, SIMPLIFIED,
-    STARTS_PER_SET,
+    FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES,
+    SIMPLIFIED, STARTS_PER_SET,
 };
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
@@ -147,7 +147,7 @@ pub(crate) fn search(
 
 /// Most simulation time in ns of a search for recordings with this many samples.
 fn time_limit_ns(samples: usize) -> u64 {
-    samples.max(FEWEST_SAMPLES_OF_LIMIT) as u64 * SEARCH_NS_PER_SAMPLE
+    SEARCH_NS + samples.saturating_sub(SEARCH_SAMPLES) as u64 * SEARCH_NS_PER_FURTHER_SAMPLE
 }
 
 /// Whether the base parameters imitate a candidate, but for half an immaterial share of its squares: it may be present where they leave nothing.

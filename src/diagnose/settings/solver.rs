@@ -86,11 +86,12 @@ pub(crate) const LOGARITHM_WITHIN: std::ops::Range<f64> = 1e-100..1e100;
 // Search (`search`).
 /// Rounds of adding, dropping and exchanging; the best set stays after two or three.
 pub(crate) const ROUNDS: usize = 5;
-/// Most simulation time of a search in ns per sample of the recordings, and the number of samples that it is at least
-/// for, by the simulator's own estimate, which does not depend on the machine. A search beyond it fits no further sets,
-/// except the best one without each of its effects: 3,000 rows take at most 3 s of one core.
-pub(crate) const SEARCH_NS_PER_SAMPLE: u64 = 400_000;
-pub(crate) const FEWEST_SAMPLES_OF_LIMIT: usize = 3_000;
+/// Most simulation time of a search in ns of recordings of up to this many samples, and for each further sample, by the
+/// simulator's own estimate, which does not depend on the machine. A search beyond it fits no further sets, except the
+/// best one without each of its effects: 3,000 rows take at most 3 s of one core.
+pub(crate) const SEARCH_NS: u64 = 1_200_000_000;
+pub(crate) const SEARCH_SAMPLES: usize = 3_000;
+pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 2_000_000;
 /// Sets fitted regardless of their screening score.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set.
