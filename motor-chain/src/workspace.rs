@@ -46,7 +46,7 @@ impl<S> Default for Engines<S> {
     }
 }
 
-/// What a simulation did.
+/// Counts of a simulation.
 pub(crate) struct Done {
     pub samples: usize,
     /// Changes of the command.

@@ -95,7 +95,7 @@ fn a_diagnosis_proposes_the_next_recording() {
     fs::write(keep.path().join("d.json"), next).expect("written");
     let done = run(keep.path(), &["design", "--diagnosis", "d.json"]);
     assert_eq!(done.status, Some(0), "{}", done.messages);
-    for part in ["--profile crawl@0.2,8s", "dead_zone, stribeck", "12.5"] {
+    for part in ["--profile crawl@0.2,8s", "dead_zone; stribeck", "12.5"] {
         assert!(done.output.contains(part), "{}", done.output);
     }
 }

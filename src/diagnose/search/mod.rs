@@ -63,7 +63,7 @@ pub(crate) fn search(
     let settings = &base.settings;
     let model = Model::new(base, Vec::new());
     let mut pool = Pool::new(coarse, base);
-    pool.until_ns = segments.work.nanoseconds() + time_limit_ns(segments.len);
+    let until_ns = segments.work.nanoseconds() + time_limit_ns(segments.len);
     pool.judge.is_relevant = is_relevant;
     pool.judge.known_floor = match is_relevant {
         true => stated_floor,
@@ -108,6 +108,8 @@ pub(crate) fn search(
         if round == 0 && is_relevant {
             pool.fit_stochastic(first);
         }
+        // The first round is always whole: a set that it has not fitted may be the right one.
+        pool.until_ns = until_ns;
         pool.judge();
         pool.simplify();
         pool.exchange();
@@ -372,8 +374,7 @@ impl Pool<'_> {
         for member in members(self.segments, base, from) {
             let members = from.model.members.iter().cloned().chain([member]);
             let model = Model::new(base, members.collect());
-            let is_new = !taken.contains(&model.ids());
-            if model.is_random() && is_new && !self.is_at_limit() {
+            if model.is_random() && !taken.contains(&model.ids()) {
                 taken.push(model.ids());
                 let start = model.start_from(&from.model, &from.x);
                 self.add_likeliest(&model, start);

@@ -87,8 +87,8 @@ pub(crate) const LOGARITHM_WITHIN: std::ops::Range<f64> = 1e-100..1e100;
 /// Rounds of adding, dropping and exchanging; the best set stays after two or three.
 pub(crate) const ROUNDS: usize = 5;
 /// Most simulation time of a search in ns of recordings of up to this many samples, and for each further sample, by the
-/// simulator's own estimate, which does not depend on the machine. A search beyond it fits no further sets, except the
-/// best one without each of its effects: 3,000 rows take at most 3 s of one core.
+/// simulator's own estimate, which does not depend on the machine. After the first round a search beyond it fits no
+/// further sets, except the best one without each of its effects: 3,000 rows take some 3 s of one core.
 pub(crate) const SEARCH_NS: u64 = 1_200_000_000;
 pub(crate) const SEARCH_SAMPLES: usize = 3_000;
 pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 2_000_000;
