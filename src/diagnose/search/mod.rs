@@ -108,12 +108,12 @@ pub(crate) fn search(
         if round == 0 && is_relevant {
             pool.fit_stochastic(first);
         }
-        // The first round is always whole: a set that it has not fitted may be the right one.
-        pool.until_ns = until_ns;
         pool.judge();
         pool.simplify();
         pool.exchange();
         pool.judge();
+        // The first round is always whole: a set that it has not fitted may be the right one.
+        pool.until_ns = until_ns;
         let now = pool.best();
         steps.push(SearchStep {
             from: first.ids(),
