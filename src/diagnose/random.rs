@@ -5,13 +5,13 @@
 
 use super::fit::Fit;
 use super::model::{Base, predict};
-use super::noise::Noise;
-use super::score::likelihood_under;
+use super::noise::likeliest;
+use super::score::{likelihood_under, plant_of};
 use super::segments::Segments;
 use super::settings::solver::{BISECTIONS, RANDOM_STEP, SAME};
 
-/// A fit with maximum likelihood parameters of its random effects under a noise: a step search with halving.
-pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit, noise: Noise) -> Fit {
+/// A fit with maximum likelihood parameters of its random effects, each under its likeliest noise: a step search with halving.
+pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit {
     if !fit.model.is_random() {
         return fit;
     }
@@ -25,10 +25,10 @@ pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit, noise: 
             prior: fit.model.prior(x),
             ..fit.clone()
         };
-        likelihood_under(segments, base, &moved, noise)
-            .0
-            .optimum
-            .cost()
+        let plant = plant_of(segments, &fit.model.motor(x), base.kind);
+        let noise = likeliest(segments, &plant, base.settings.usual_load, &moved.residual);
+        let (likelihood, _) = likelihood_under(segments, base, &moved, noise);
+        likelihood.optimum.cost()
     };
     let mut x = fit.x.clone();
     let mut least = cost_at(&x);

@@ -121,8 +121,7 @@ impl<'a> Pool<'a> {
 
     fn likeliest_from(&self, model: &Model, start: Vec<f64>) -> Option<(Fit, Likelihood)> {
         let begun = Fit::at(self.segments, model, start)?;
-        let own = likelihood(self.segments, self.base, &begun);
-        let begun = random::with_likeliest(self.segments, self.base, begun, own.noise);
+        let begun = random::with_likeliest(self.segments, self.base, begun);
         let own = likelihood(self.segments, self.base, &begun);
         self.whitened_from(begun, own)
     }
@@ -157,7 +156,7 @@ impl<'a> Pool<'a> {
             let whitener = Whitener::new(segments, &before.plant, before.noise);
             let metric = Metric::Whitened(&whitener);
             let found = refit(segments, begun, metric)?;
-            let found = random::with_likeliest(segments, base, found, before.noise);
+            let found = random::with_likeliest(segments, base, found);
             let own = likelihood(segments, base, &found);
             if own.noise == before.noise || round == REFINEMENTS {
                 return Some((found, own));

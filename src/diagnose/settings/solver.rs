@@ -91,7 +91,7 @@ pub(crate) const ROUNDS: usize = 5;
 /// further sets, except the best one without each of its effects: 3,000 rows take some 3 s of one core.
 pub(crate) const SEARCH_NS: u64 = 1_200_000_000;
 pub(crate) const SEARCH_SAMPLES: usize = 3_000;
-pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 2_000_000;
+pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 10_000_000;
 /// Sets fitted regardless of their screening score.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set.
