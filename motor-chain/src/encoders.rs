@@ -69,26 +69,3 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<'_,
         (self.encoder).restart(angle_rad, speed_rad_s, self.times_s[k]);
     }
 }
-
-/// Reader of several encoders.
-pub(crate) struct Encoders<'a, S, E> {
-    pub encoders: Vec<AngleReading<S>>,
-    /// Sample times from the first, on the board's clock.
-    pub times_s: &'a [f64],
-    /// Called with the index of the encoder, that of the sample, and the angle.
-    pub emit: E,
-}
-
-impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Encoders<'_, S, E> {
-    fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
-        for (m, encoder) in self.encoders.iter_mut().enumerate() {
-            (self.emit)(m, k, encoder.read(sample, self.times_s[k]));
-        }
-    }
-
-    fn restart(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
-        for encoder in &mut self.encoders {
-            encoder.restart(angle_rad, speed_rad_s, self.times_s[k]);
-        }
-    }
-}

@@ -7,16 +7,14 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
-use crate::catalogue::Stage;
 use crate::chain::Chain;
-use crate::encoders::{AngleReading, Encoder, Encoders};
+use crate::encoders::{AngleReading, Encoder};
 use crate::integrator::dynamics::Machine;
 use crate::integrator::engine::Engine;
 use crate::integrator::schedule::{Reader, Schedule};
 use crate::scalar::{Dual, Scalar};
 use crate::simulate::{Drive, SimulationError};
-use crate::stages::transmission::ENCODER_SIDE;
-use crate::workspace::{Done, Engines, work_of, work_of_encoders};
+use crate::workspace::{Done, Engines, work_of};
 use crate::{KnownDifferences, Model, Motor, Parameters};
 
 pub use crate::integrator::schedule::{Reset, Skipped};
@@ -137,38 +135,6 @@ impl Simulator {
         };
         self.measure(chain, &mut workspace.plain, read)?;
         finite(angles_rad)
-    }
-
-    /// Angles of motors with the same motion ([`move_alike`]), from one simulation: row `m` of `angles_rad`
-    /// (`samples` long, concatenated) is the reading of motor `m`'s encoder.
-    ///
-    /// # Errors
-    /// As [`Self::angles`].
-    pub fn angles_by_encoder(
-        &self,
-        motors: &[Motor],
-        workspace: &mut Workspace,
-        angles_rad: &mut [f64],
-    ) -> Result<(), SimulationError> {
-        let chains = motors.iter().map(|motor| self.chain(motor));
-        let chains: Vec<Chain<f64>> = chains.collect();
-        let Some(first) = chains.first() else {
-            return Ok(());
-        };
-        let samples = self.samples();
-        let encoders = chains
-            .iter()
-            .map(|chain| AngleReading::new(chain, self.start));
-        let read = Encoders {
-            encoders: encoders.collect(),
-            times_s: self.schedule.times_s(),
-            emit: |m: usize, k, angle| angles_rad[m * samples + k] = angle,
-        };
-        let engines = &mut workspace.plain;
-        self.measure(*first, engines, read)?;
-        engines.work += work_of_encoders(samples, motors.len() - 1);
-        let rows = angles_rad.chunks_exact(samples.max(1));
-        rows.take(motors.len()).try_for_each(finite)
     }
 
     /// The motor with the known differences of this run.
@@ -336,22 +302,6 @@ impl Simulator {
             })
             .collect()
     }
-}
-
-/// Whether two motors differ in their encoder at most, including its side of the transmission.
-pub fn move_alike(a: &Motor, b: &Motor) -> bool {
-    fn moving(motor: &Motor) -> impl Iterator<Item = (usize, f64)> {
-        let effects = motor.effects.iter();
-        let moving = effects.filter(|effect| effect.kind().stage != Stage::Sensor);
-        moving.flat_map(|effect| {
-            let moving = effect
-                .parameters()
-                .filter(|(number, _)| number.key != ENCODER_SIDE.key);
-            let itself = std::iter::once((effect.index(), 0.0));
-            itself.chain(moving.map(|(_, value)| (effect.index(), value)))
-        })
-    }
-    a.parameters == b.parameters && moving(a).eq(moving(b))
 }
 
 fn finite(angles_rad: &[f64]) -> Result<(), SimulationError> {

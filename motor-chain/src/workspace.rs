@@ -86,11 +86,3 @@ pub(crate) fn work_of<S: Scalar, const N: usize>(done: &Done) -> u64 {
         + done.curved_steps * curved
         + done.tables * table
 }
-
-/// The same for each additional encoder of the same motion.
-pub(crate) fn work_of_encoders(samples: usize, encoders: usize) -> u64 {
-    ENCODER * samples as u64 * encoders as u64
-}
-
-/// Nanoseconds per sample of an encoder.
-const ENCODER: u64 = 8;

@@ -4,7 +4,7 @@
 //! A separate binary: it alone needs the derivatives of every machine, which take a minute to compile.
 
 use motor_chain::catalogue::catalogue;
-use motor_chain::fit::{Reset, Simulator, Skipped, Workspace, move_alike};
+use motor_chain::fit::{Reset, Simulator, Skipped, Workspace};
 use motor_chain::{
     ActiveEffect, CommandKind, Drive, Model, Motor, ParameterId, SimulationOptions, simulate,
 };
@@ -238,65 +238,32 @@ fn the_winding_temperature_continues_through_omitted_intervals() {
     assert!(cold > 10.0 * warm && warm < 0.5, "{cold} {warm}");
 }
 
-/// One motion read by encoders with and without effects, on either side of a spring and of a gap: bitwise the
-/// readings of single simulations.
+/// The estimate of computing time counts the matrices of every duty cycle: with a supply that sags under a ramp each sample has its own.
 #[test]
-fn several_encoders_read_the_same_as_each_alone() {
-    let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
-    let command: Vec<f64> = (0..600).map(|k| [4.5, -1.0, 0.35][k / 70 % 3]).collect();
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
-    let simulator = simulator.with_start(0.3, 2.0);
-    let with = |effects: &[(&str, &[f64])]| {
+fn work_counts_the_matrices_of_every_command() {
+    let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.005).collect();
+    let work = |command: &dyn Fn(u32) -> f64, effect: Option<&str>| {
+        let command: Vec<f64> = (0..600).map(command).collect();
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
         let mut motor = Motor::default();
-        for (id, values) in effects {
-            let effect = ActiveEffect::new(id, values);
+        if let Some(id) = effect {
+            let effect = ActiveEffect::from_keys(id, [], &motor.parameters);
             motor.effects.set(effect.expect("in the catalogue"));
         }
-        motor
+        let (mut workspace, mut angles) = (Workspace::default(), vec![0.0; t_s.len()]);
+        (simulator.angles(&motor, &mut workspace, &mut angles)).expect("a motor");
+        workspace.take_work()
     };
-    for (beside, other_side) in [
-        (
-            ("compliance", &[8.0, 0.05, 0.4, 1.0][..]),
-            ("compliance", &[8.0, 0.05, 0.4, 0.0][..]),
-        ),
-        (
-            ("backlash", &[0.1, 0.5, 0.0]),
-            ("backlash", &[0.1, 0.5, 1.0]),
-        ),
-    ] {
-        let motors = [
-            with(&[beside]),
-            with(&[beside, ("resolution_error", &[500.0])]),
-            with(&[beside, ("missed_counts", &[0.02, 0.0])]),
-            with(&[beside, ("missed_counts", &[0.0, 200.0])]),
-            with(&[beside, ("encoder_eccentricity", &[0.03, 1.0])]),
-            with(&[other_side]),
-        ];
-        assert!(motors.iter().all(|motor| move_alike(motor, &motors[0])));
-        let mut workspace = Workspace::default();
-        let mut together = vec![0.0; motors.len() * t_s.len()];
-        (simulator.angles_by_encoder(&motors, &mut workspace, &mut together)).expect("motors");
-        let together_work = workspace.take_work();
-        let mut alone = vec![0.0; t_s.len()];
-        let mut rows: Vec<&[f64]> = Vec::new();
-        for (motor, row) in motors.iter().zip(together.chunks_exact(t_s.len())) {
-            (simulator.angles(motor, &mut workspace, &mut alone)).expect("a motor");
-            assert_eq!(row, alone);
-            assert!(
-                !rows.contains(&row),
-                "an encoder that says what another does"
-            );
-            rows.push(row);
-        }
-        assert!(2 * together_work < workspace.take_work());
-    }
-    let jitter = with(&[("sample_jitter", &[1e-3])]);
-    assert!(!move_alike(&jitter, &with(&[])));
+    let ramp = |k: u32| f64::from(k) * 0.01;
+    let step = |_: u32| 4.5;
+    assert!(work(&ramp, Some("supply_sag")) > 5 * work(&ramp, None));
+    assert!(work(&ramp, Some("supply_sag")) > 5 * work(&step, Some("supply_sag")));
+    assert!(work(&ramp, None) > work(&step, None));
 }
 
 /// A filter with one update per sample is exponential smoothing of the reading without it (by recursion), with the

@@ -105,6 +105,15 @@ fn invariants_of_every_diagnosis() {
     re_identified_parameters_leave_no_more_than_plain_least_squares();
     probabilities_and_shares_add_up();
     what_is_identified_is_probable_and_not_at_a_bound();
+    a_search_ends_at_its_limit();
+}
+
+/// No round is begun after the limit of simulation time.
+fn a_search_ends_at_its_limit() {
+    for one in ALL.iter() {
+        let mut before = one.found.steps.iter().rev().skip(1);
+        assert!(before.all(|step| !step.limited), "{}", one.name);
+    }
 }
 
 fn the_cases_have_different_verdicts() {

@@ -15,8 +15,8 @@ use super::model::mean_square;
 use super::nested::{self, Step};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
-    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun, Quick,
-    ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
+    BudgetStep, CROSS_VALIDATION, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place,
+    PredictedRun, Quick, ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::likelihood;
 use super::search::Scored;
@@ -194,7 +194,7 @@ pub(super) fn document(
                     "all samples; {:.0} % of them were fitted",
                     100.0 * segments.len as f64 / all.len as f64
                 ),
-                _ => "cross-validation over segments".to_owned(),
+                _ => CROSS_VALIDATION.to_owned(),
             },
         ),
         base: base_parameters(segments, base, reported),

@@ -11,8 +11,9 @@ pub enum GoodEnough {
     Share(f64),
 }
 
-/// Name of the method with held-out runs.
+/// Names of the methods with held-out runs, and without.
 pub(crate) const HELD_OUT_RUNS: &str = "held-out runs";
+pub(crate) const CROSS_VALIDATION: &str = "cross-validation over segments";
 
 /// Multi-step prediction error over segments in counts RMS, held out unless stated otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -21,7 +21,7 @@ pub use document::{
     Cause, CommandInterval, Diagnosis, EffectClass, EffectSet, Interval, Quick, ReferenceRuns,
     SHAPE, Scoring, Verdict,
 };
-pub(crate) use gap::HELD_OUT_RUNS;
+pub(crate) use gap::{CROSS_VALIDATION, HELD_OUT_RUNS};
 pub use gap::{Fitted, FloorParts, Gap, GoodEnough};
 pub use identifiable::{Identifiable, KnownTorque, MotorFileValues};
 pub use next::{KnownChange, NextExperiment};

@@ -14,7 +14,8 @@ pub(crate) use words::{counts, listed, name, percent, probability, three};
 
 use super::is_parameter_change;
 use super::report::{
-    Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, ReferenceRuns, Regime, Verdict,
+    CROSS_VALIDATION, Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, ReferenceRuns,
+    Regime, Verdict,
 };
 use super::settings::Settings;
 use super::settings::conventions::LEAST_PRINTED;
@@ -110,7 +111,7 @@ pub(crate) fn is_nominal_fitted(diagnosis: &Diagnosis) -> bool {
 
 /// Whether the errors are of cross-validation, so that each sample is predicted by a fit to others.
 pub(crate) fn is_cross_validated(gap: &Gap) -> bool {
-    gap.held_out.starts_with("cross")
+    gap.held_out == CROSS_VALIDATION
 }
 
 /// The name of an identified effect; that of a change where the reference has the effect or parameter too.
