@@ -104,14 +104,15 @@ pub(super) fn classes(weighed: &[Weighed], named: &[Identified]) -> Vec<EffectCl
     named.iter().filter_map(of).collect()
 }
 
-/// All effects with a probability, their parameters from the reported fit where it has them, else from the most probable set.
+/// All effects with a probability, their parameters from the reported fit where it has them, else from the fit that ended at a bound, else
+/// from the most probable set.
 pub(super) fn causes(
     segments: &Segments,
     base: &Base,
     sets: &[Scored],
     weighed: &[Weighed],
     reported: Option<&Fit>,
-    (named, bounded, rejected): (&[&'static str], &[&'static str], &[&'static str]),
+    (named, bounded, rejected): (&[&'static str], &[(&'static str, Fit)], &[&'static str]),
     units: Option<CommandUnits>,
 ) -> Vec<Cause> {
     let mut ids: Vec<&'static str> = weighed.iter().flat_map(|set| set.ids.clone()).collect();
@@ -126,18 +127,18 @@ pub(super) fn causes(
             let class = class_of(id);
             let of_class = class.map_or(own, |class| inclusion(weighed, members_of(class)));
             let is_separated = own >= base.settings.confident * of_class;
-            let from = reported.filter(|_| named.contains(&id));
-            let from = from.or_else(|| {
-                let set = sets.iter().find(|set| set.fit.ids().contains(&id));
-                set.map(|set| &set.fit)
-            })?;
+            let ended = bounded.iter().find(|(at_bound, _)| *at_bound == id);
+            let probable = || sets.iter().find(|set| set.fit.ids().contains(&id));
+            let from = (reported.filter(|_| named.contains(&id)))
+                .or(ended.map(|(_, fit)| fit))
+                .or_else(|| probable().map(|set| &set.fit))?;
             Some(Cause {
                 effect: id,
                 stage: find(id).map_or("", |(_, kind)| kind.stage.id()),
                 inclusion: own,
                 class: class.filter(|_| !is_separated),
                 class_probability: (!is_separated).then_some(of_class),
-                at_bound: bounded.contains(&id) || at_bound(from).contains(&id),
+                at_bound: at_bound(from).contains(&id),
                 immaterial: rejected.contains(&id),
                 parameters: parameters(segments, base, from, id, units),
             })

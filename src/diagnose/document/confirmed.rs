@@ -36,8 +36,8 @@ pub(super) struct Confirmed {
     pub floors: Floors,
     /// Effective number of observations in the nominal model's error.
     pub n_eff: f64,
-    /// Dropped effects with a parameter at a bound, and others.
-    pub bounded: Vec<&'static str>,
+    /// Dropped effects with a parameter at a bound, with the fit that ended there, and others.
+    pub bounded: Vec<(&'static str, Fit)>,
     pub rejected: Vec<&'static str>,
 }
 
@@ -129,22 +129,19 @@ fn nested_fits(
     data: &Data,
     without: &[Step],
     named: &mut Vec<Identified>,
-    (bounded, rejected): (&mut Vec<&'static str>, &mut Vec<&'static str>),
+    (bounded, rejected): (&mut Vec<(&'static str, Fit)>, &mut Vec<&'static str>),
 ) -> Vec<Step> {
     loop {
         let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
         let steps =
             nested::with_effects(data.segments, data.base, without.to_vec(), &ids, data.found);
-        let ended_at_bound = at_bound(&steps[steps.len() - 1].fit);
+        let largest = &steps[steps.len() - 1].fit;
         let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
         let not_reached = ids.iter().find(|id| !is_reached(id)).copied();
         rejected.extend(not_reached);
         let dropped = not_reached.or_else(|| {
-            let first = ended_at_bound
-                .first()
-                .copied()
-                .filter(|id| ids.contains(id));
-            bounded.extend(first);
+            let first = at_bound(largest).into_iter().find(|id| ids.contains(id));
+            bounded.extend(first.map(|id| (id, largest.clone())));
             first
         });
         match dropped {

@@ -17,7 +17,7 @@ use super::base::{
 use super::member::{Member, Parameter, is_free};
 use super::prior::{scale_variance, since, tolerances};
 use super::tolerances::Tolerances;
-use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
+use crate::motor::catalogue::{EffectParameter, Prior, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
 
@@ -313,13 +313,19 @@ impl Model {
     }
 }
 
-/// Limits of a fitted value in SI. Ranges scale with the motor file's values, which have errors as well; shares and
-/// angles have no such scale.
+/// Limits of a fitted value in SI: a range is a prior, and may be exceeded, but not by sizes too small to be seen, at which a logarithmic
+/// range begins.
 fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64), beyond_range: f64) -> (f64, f64) {
-    if matches!(parameter.scale, Scale::Absolute | Scale::TopRate) {
-        return (lo, hi);
-    }
     let (least, most) = parameter.plausible();
-    let beyond = |end: f64| (beyond_range * end).clamp(least, most.min(parameter.at_most));
-    (beyond(lo).min(lo), beyond(hi).max(hi))
+    let is_logarithmic = matches!(parameter.prior, Prior::LogUniform);
+    let below = match lo > 0.0 {
+        true if is_logarithmic => lo,
+        true => lo / beyond_range,
+        false => lo * beyond_range,
+    };
+    let beyond = beyond_range * hi;
+    (
+        below.max(least).min(lo),
+        beyond.min(most.min(parameter.at_most)).max(hi),
+    )
 }

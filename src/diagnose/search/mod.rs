@@ -69,10 +69,9 @@ pub(crate) fn search(
         true => stated_floor,
         false => stated_floor.max(none.mean_square()),
     };
-    pool.judge.n_eff =
-        effective_observations(coarse, &Fit::at(coarse, &model, none.x.clone())?.corrected);
-    pool.add_fitted(&model, &[none.x.clone(), model.start()], None);
-    pool.judge();
+    let least_squares = Fit::at(coarse, &model, none.x.clone())?;
+    pool.judge.n_eff = effective_observations(coarse, &least_squares.corrected);
+    pool.begin(&model, &[none.x.clone(), model.start()]);
     for motor in proposed {
         pool.propose(motor);
     }
@@ -85,7 +84,7 @@ pub(crate) fn search(
             pool.fitted
         ));
         let begun = match round {
-            0 => vec![pool.none().clone()],
+            0 => vec![least_squares.clone()],
             _ => pool.not_expanded(),
         };
         let Some(first) = begun.first().filter(|_| !pool.is_at_limit()) else {

@@ -143,9 +143,35 @@ impl<'a> Pool<'a> {
         let found = fit(self.segments, model, starts, metric, least_gain, extends)?;
         let own = likelihood(self.segments, self.base, &found);
         match self.judge.is_likelihood {
-            true => self.whitened_from(found, own),
+            true => self.no_worse_than_smaller(self.whitened_from(found, own)?),
             false => Some((found, own)),
         }
+    }
+
+    /// The fit, or where a smaller set has a smaller cost, from which this one is at most a local optimum, the better of it and one that starts
+    /// from the smaller set, under that one's noise.
+    fn no_worse_than_smaller(&self, found: (Fit, Likelihood)) -> Option<(Fit, Likelihood)> {
+        let cost = |likelihood: &Likelihood| likelihood.optimum.cost();
+        let ids = found.0.ids();
+        let is_smaller = |set: &&Scored| {
+            let own = set.fit.ids();
+            own.len() < ids.len() && own.iter().all(|id| ids.contains(id))
+        };
+        let smaller = (self.sets.values().filter(is_smaller))
+            .min_by(|a, b| cost(&a.likelihood).total_cmp(&cost(&b.likelihood)))
+            .filter(|set| cost(&set.likelihood) < cost(&found.1));
+        let Some(Scored {
+            fit, likelihood, ..
+        }) = smaller
+        else {
+            return Some(found);
+        };
+        let model = &found.0.model;
+        let other = Fit::at(self.segments, model, model.start_from(&fit.model, &fit.x))
+            .and_then(|begun| self.whitened_from(begun, likelihood.clone()));
+        let lower =
+            |a: &(Fit, Likelihood), b: &(Fit, Likelihood)| cost(&a.1).total_cmp(&cost(&b.1));
+        other.into_iter().chain([found]).min_by(lower)
     }
 
     /// Fits under a noise, then under that which the fit leaves itself, until that stays.
@@ -183,14 +209,29 @@ impl<'a> Pool<'a> {
         ) + part(1.0 - credibility, free.score(self.least.1));
     }
 
+    /// Fits the model without effects in either metric, and judges by the likelihood if its noise is credible there.
+    pub fn begin(&mut self, model: &Model, starts: &[Vec<f64>]) {
+        self.add_fitted(model, starts, None);
+        let none = self.none().x.clone();
+        if let Some((fit, likelihood)) = self.likeliest_from(model, none) {
+            self.judge.credibility = self.credibility(&likelihood);
+            if self.judge.credibility >= 0.5 {
+                self.judge.is_likelihood = true;
+                self.add(fit, likelihood);
+            }
+        }
+        self.decide();
+    }
+
     /// Decides which score judges, by what the likelihood's best set leaves, and scores all sets anew.
     pub fn judge(&mut self) {
         let was_likelihood = self.judge.is_likelihood;
+        let mut refit = self.near_best(3.0 * self.base.settings.near_best);
         self.decide();
-        if self.judge.is_likelihood && !was_likelihood {
-            // Fitted in the other metric so far.
-            let mut refit = self.near_best(3.0 * self.base.settings.near_best);
+        if self.judge.is_likelihood != was_likelihood {
+            // Fitted in the other metric so far; from the smallest: a set is no worse than a smaller one.
             refit.extend(self.sets.get(&Vec::new()).cloned());
+            refit.sort_by_key(|set| set.fit.model.members.len());
             for set in refit {
                 self.add_fitted(&set.fit.model, &[set.fit.x], None);
             }
@@ -198,17 +239,20 @@ impl<'a> Pool<'a> {
         }
     }
 
-    fn decide(&mut self) {
+    /// How credible a noise is: half at the limits, by a steep passage.
+    fn credibility(&self, likelihood: &Likelihood) -> f64 {
         let settings = &self.base.settings;
+        let load = likelihood.noise.strength / settings.credible_load;
+        let squares = (likelihood.squares - 1.0) / (settings.credible_squares - 1.0);
+        1.0 / (1.0 + load.max(squares).powi(settings.passage as i32))
+    }
+
+    fn decide(&mut self) {
         let likelihood_of = |set: &Scored| set.likelihood.optimum.score(f64::NEG_INFINITY);
         let likeliest =
             (self.sets.values()).max_by(|a, b| likelihood_of(a).total_cmp(&likelihood_of(b)));
         if let Some(best) = likeliest {
-            let Likelihood { noise, squares, .. } = &best.likelihood;
-            // Half at the limits, by a steep passage.
-            let beyond = (noise.strength / settings.credible_load)
-                .max((squares - 1.0) / (settings.credible_squares - 1.0));
-            self.judge.credibility = 1.0 / (1.0 + beyond.powi(settings.passage as i32));
+            self.judge.credibility = self.credibility(&best.likelihood);
             self.judge.is_likelihood = self.judge.credibility >= 0.5;
         }
         // The number of observations is that of the best set's residual, which is best for that number.
