@@ -41,12 +41,10 @@ impl Effect for SampleJitter {
         parameters: &[EffectParameter::new(
             "spread_s",
             "s",
-            // From the latency of an interrupt, 15 us at 3 ms.
-            (0.005, 1.0),
+            (0.05, 1.0),
             Scale::SampleTime,
             Prior::LogUniform,
-        )
-        .defaulting_to_scaled(0.2)],
+        )],
         random: true,
     };
 

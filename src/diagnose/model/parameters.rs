@@ -313,19 +313,9 @@ impl Model {
     }
 }
 
-/// Limits of a fitted value in SI: a range is a prior, and may be exceeded, but not by sizes too small to be seen, at which a logarithmic
-/// range begins.
+/// Limits of a fitted value in SI: a range is a prior, and may be exceeded.
 fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64), beyond_range: f64) -> (f64, f64) {
     let (least, most) = parameter.plausible();
-    let is_logarithmic = matches!(parameter.prior, Prior::LogUniform);
-    let below = match lo > 0.0 {
-        true if is_logarithmic => lo,
-        true => lo / beyond_range,
-        false => lo * beyond_range,
-    };
-    let beyond = beyond_range * hi;
-    (
-        below.max(least).min(lo),
-        beyond.min(most.min(parameter.at_most)).max(hi),
-    )
+    let beyond = |end: f64| (beyond_range * end).clamp(least, most.min(parameter.at_most));
+    (beyond(lo).min(lo), beyond(hi).max(hi))
 }
