@@ -146,7 +146,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
     let settings = &options.settings;
-    let recorded = runs;
+    let data = check(runs, Some(motor));
     let runs = &without_named_samples(runs)[..];
     let held_out = &without_named_samples(options.held_out)[..];
     let prepared = Prepared::new(runs, motor, settings, options.quick)?;
@@ -186,7 +186,7 @@ pub fn diagnose(
     let floor = (stated, reference);
     let made = document::document(&prepared, &found, floor, held.as_ref(), options, &asked);
     let mut diagnosis = made.ok_or(DiagnoseError::NoFit)?;
-    diagnosis.data = check(recorded, Some(motor));
+    diagnosis.data = data;
     diagnosis.simulated_samples = found.segments.work.samples();
     diagnosis.elapsed_s = started.elapsed().as_secs_f64();
     Ok(diagnosis)

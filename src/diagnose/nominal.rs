@@ -9,7 +9,7 @@ use std::ops::Range;
 use super::error::{DiagnoseError, usable};
 use super::fit::Fit;
 use super::inverse::{own_part, shares};
-use super::model::{Base, Model};
+use super::model::{Base, Model, corrected_residual, mean_square};
 use super::nested::least_squares;
 use super::pipeline::Prepared;
 use super::relevance::{exceeds, noise_floor};
@@ -225,8 +225,5 @@ fn with_tolerances(
 
 /// Residual RMS of a motor in counts; `None` if it cannot be simulated.
 fn residual_rms(motor: &Motor, prepared: &Prepared) -> Option<f64> {
-    let mut base = prepared.base.clone();
-    base.motor = motor.clone();
-    let model = Model::new(&base, Vec::new());
-    Some(Fit::at(&prepared.all, &model, model.start())?.rms())
+    Some(mean_square(&corrected_residual(&prepared.all, motor)?).sqrt())
 }

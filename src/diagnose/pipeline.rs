@@ -20,19 +20,19 @@ use crate::motor::catalogue::find;
 use crate::recording::Run;
 
 /// Runs cut into segments, and the data shared by all models of them.
-pub(crate) struct Prepared {
+pub(crate) struct Prepared<'a> {
     /// Segments of the whole runs.
     pub all: Segments,
     /// The searched subset of long runs.
     pub subset: Option<Subset>,
-    pub runs: Vec<Run>,
+    pub runs: &'a [Run],
     pub base: Base,
 }
 
-impl Prepared {
+impl<'a> Prepared<'a> {
     /// For these runs; a quick answer searches a subset of short runs too.
     pub fn new(
-        runs: &[Run],
+        runs: &'a [Run],
         motor: &Motor,
         settings: &Settings,
         quick: bool,
@@ -64,7 +64,7 @@ impl Prepared {
         Ok(Self {
             all,
             subset,
-            runs: runs.to_vec(),
+            runs,
             base,
         })
     }
@@ -73,7 +73,7 @@ impl Prepared {
     pub fn searched(&self) -> (&Segments, &[Run]) {
         match &self.subset {
             Some(subset) => (&subset.segments, &subset.runs),
-            None => (&self.all, &self.runs),
+            None => (&self.all, self.runs),
         }
     }
 }

@@ -49,13 +49,13 @@ impl Group<'_> {
 }
 
 /// The search of these runs after reference runs, its prepared data, and the report of the reference.
-pub(super) fn compared(
-    mut prepared: Prepared,
+pub(super) fn compared<'a>(
+    mut prepared: Prepared<'a>,
     stated_floor_counts: f64,
     earlier: &[Run],
     motor: &Motor,
     options: &Options<'_>,
-) -> Result<(Prepared, Searched, Option<ReferenceRuns>), DiagnoseError> {
+) -> Result<(Prepared<'a>, Searched, Option<ReferenceRuns>), DiagnoseError> {
     usable(&[&prepared.runs[..1], &earlier[..1]].concat())?;
     let settings = &options.settings;
     let mut then = Prepared::new(earlier, motor, settings, options.quick)?;

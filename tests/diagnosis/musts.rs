@@ -365,7 +365,7 @@ fn probabilities_and_shares_add_up() {
 
 fn what_is_identified_is_probable_and_not_at_a_bound() {
     let least = Settings::default().identified;
-    let mut named = 0;
+    let (mut named, mut bounded) = (0, 0);
     for one in ALL.iter() {
         for id in &one.found.effects {
             named += 1;
@@ -378,6 +378,12 @@ fn what_is_identified_is_probable_and_not_at_a_bound() {
                 .fold(cause.inclusion, f64::max);
             assert!(probable >= least, "{}: {cause:?}", one.name);
             assert!(!cause.at_bound, "{}: {cause:?}", one.name);
+        }
+        // The listed values are those of the fit that ended at a bound.
+        for cause in &one.found.causes {
+            let is_listed = cause.parameters.values().any(|value| value.at_bound);
+            assert_eq!(cause.at_bound, is_listed, "{}: {cause:?}", one.name);
+            bounded += usize::from(cause.at_bound);
         }
         let has_effects = matches!(one.found.verdict, Verdict::Effect | Verdict::Partial);
         assert_eq!(has_effects, !one.found.effects.is_empty(), "{}", one.name);
@@ -393,5 +399,5 @@ fn what_is_identified_is_probable_and_not_at_a_bound() {
             one.name
         );
     }
-    assert!(named >= 5, "{named}");
+    assert!(named >= 5 && bounded >= 1, "{named} {bounded}");
 }

@@ -53,7 +53,7 @@ struct Tried {
 
 /// The remaining sets and the settings of their recording.
 struct Bench<'a> {
-    prepared: &'a Prepared,
+    prepared: &'a Prepared<'a>,
     searched: &'a Searched,
     /// Sets with their probabilities, the most probable first.
     sets: Vec<(&'a Scored, f64)>,
@@ -320,7 +320,8 @@ mod tests {
         let settings = Settings::default();
         let mut run = recording(&motor_with(&[("voltage_drop", &[0.8])]), 1500);
         run.supply_v = Some(4.5);
-        let prepared = Prepared::new(&[run], &Motor::default(), &settings, false).expect("a run");
+        let run = [run];
+        let prepared = Prepared::new(&run, &Motor::default(), &settings, false).expect("a run");
         let found = searched(&prepared, 0.0, &[], &|_| (), &|_| ()).expect("a search");
         let mut posterior = weighed(&found.found.sets, &settings);
         // As if the best set and the best one without its effect were equally probable, and all others impossible.

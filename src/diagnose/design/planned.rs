@@ -1,5 +1,7 @@
 //! A planned recording, simulated, and comparison of models on it.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::change::differences;
@@ -173,7 +175,7 @@ impl Planned {
             ..known.clone()
         }))?;
         let simulator = segments.runs[0].simulator.clone();
-        segments.runs[0].simulator = simulator.with_known(known);
+        Arc::make_mut(&mut segments.runs)[0].simulator = simulator.with_known(known);
         Some(segments)
     }
 

@@ -261,7 +261,7 @@ fn left_out(
             })
             .collect()
     };
-    let mut intervals = of(&prepared.runs, &prepared.all);
+    let mut intervals = of(prepared.runs, &prepared.all);
     intervals.extend(held.map_or_else(Vec::new, |held| of(options.held_out, held)));
     intervals
 }

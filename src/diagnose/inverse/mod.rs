@@ -117,9 +117,9 @@ mod tests {
     /// For a recording of the nominal motor the regression gives its parameters.
     #[test]
     fn base_parameters_of_a_plain_motor_are_its_parameters() {
-        let run = recording(&Motor::default(), 3000);
+        let run = [recording(&Motor::default(), 3000)];
         let prepared =
-            Prepared::new(&[run], &Motor::default(), &Settings::default(), false).expect("a run");
+            Prepared::new(&run, &Motor::default(), &Settings::default(), false).expect("a run");
         let own = own_part(&prepared.all).expect("it moves");
         let of = shares(&prepared.base, own);
         assert!(of.iter().all(|share| (share - 1.0).abs() < 0.15), "{of:?}");
@@ -130,8 +130,9 @@ mod tests {
     fn a_reversed_motor_has_no_separate_part() {
         let mut run = recording(&Motor::default(), 1000);
         run.counts.iter_mut().for_each(|count| *count = -*count);
+        let run = [run];
         let prepared =
-            Prepared::new(&[run], &Motor::default(), &Settings::default(), false).expect("a run");
+            Prepared::new(&run, &Motor::default(), &Settings::default(), false).expect("a run");
         assert_eq!(own_part(&prepared.all), Some([0.0; OWN]));
     }
 }

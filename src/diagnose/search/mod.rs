@@ -84,6 +84,7 @@ pub(crate) fn search(
             pool.fitted
         ));
         let begun = match round {
+            // The likelihood's fit may have an effect in its noise.
             0 => vec![least_squares.clone()],
             _ => pool.not_expanded(),
         };

@@ -214,9 +214,8 @@ impl<'a> Pool<'a> {
         self.add_fitted(model, starts, None);
         let none = self.none().x.clone();
         if let Some((fit, likelihood)) = self.likeliest_from(model, none) {
-            self.judge.credibility = self.credibility(&likelihood);
-            if self.judge.credibility >= 0.5 {
-                self.judge.is_likelihood = true;
+            self.judge_by(&likelihood);
+            if self.judge.is_likelihood {
                 self.add(fit, likelihood);
             }
         }
@@ -239,21 +238,22 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// How credible a noise is: half at the limits, by a steep passage.
-    fn credibility(&self, likelihood: &Likelihood) -> f64 {
+    /// Weighs the likelihood by how credible its noise is: half at the limits, by a steep passage.
+    fn judge_by(&mut self, likelihood: &Likelihood) {
         let settings = &self.base.settings;
         let load = likelihood.noise.strength / settings.credible_load;
         let squares = (likelihood.squares - 1.0) / (settings.credible_squares - 1.0);
-        1.0 / (1.0 + load.max(squares).powi(settings.passage as i32))
+        let beyond = load.max(squares).powi(settings.passage as i32);
+        self.judge.credibility = 1.0 / (1.0 + beyond);
+        self.judge.is_likelihood = self.judge.credibility >= 0.5;
     }
 
     fn decide(&mut self) {
         let likelihood_of = |set: &Scored| set.likelihood.optimum.score(f64::NEG_INFINITY);
         let likeliest =
             (self.sets.values()).max_by(|a, b| likelihood_of(a).total_cmp(&likelihood_of(b)));
-        if let Some(best) = likeliest {
-            self.judge.credibility = self.credibility(&best.likelihood);
-            self.judge.is_likelihood = self.judge.credibility >= 0.5;
+        if let Some(best) = likeliest.map(|set| set.likelihood.clone()) {
+            self.judge_by(&best);
         }
         // The number of observations is that of the best set's residual, which is best for that number.
         for _ in 0..2 {
