@@ -28,7 +28,6 @@ pub(crate) fn noise_floor(segments: &Segments, fit: &Fit) -> Option<f64> {
 
 /// Whether a mean square exceeds a noise floor by more than an immaterial share and by more than its sampling error
 /// (one-sided 95 %): that of a mean of `n_eff` squares of normal variates.
-/// of a mean of `n_eff` squares of normal numbers.
 pub(crate) fn exceeds(mean_square: f64, floor: f64, n_eff: f64, settings: &Settings) -> bool {
     let sampling = ONE_SIDED_95 * (2.0 / n_eff).sqrt();
     mean_square > floor * (1.0 + sampling.max(settings.unexplained_share))

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::change::known_changes;
 use super::planned::{Errors, Planned, Prediction, Sampling};
 use crate::board::Profile;
+use crate::diagnose::classes::symmetric_of;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::pipeline::{Prepared, Searched};
@@ -142,7 +143,7 @@ fn in_play<'a>(sets: &'a [Scored], posterior: &[Weighed]) -> Vec<(&'a Scored, f6
 fn contains(large: &[&str], small: &[&str]) -> bool {
     let has = |id: &&str| {
         let mut own = large.iter();
-        own.any(|other| other == id || other.strip_prefix("asymmetric_") == Some(id))
+        own.any(|other| other == id || symmetric_of(other) == Some(*id))
     };
     small != large && small.iter().all(has)
 }

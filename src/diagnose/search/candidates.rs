@@ -4,6 +4,7 @@ use crate::motor::catalogue::ids;
 use rayon::prelude::*;
 
 use super::periodic;
+use crate::diagnose::classes::is_by_direction;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::model::{BASE, Base, Member, freed_width, predict, range_of};
 use crate::diagnose::segments::Segments;
@@ -114,10 +115,9 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     let is_timed = kind.stage == Stage::Timing || kind.id == ids::TRANSPORT_DELAY;
     let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
     let is_integrated = segments.runs.iter().all(|run| run.is_integrated);
-    // Differences by direction are not identifiable from one.
-    let is_by_direction = kind.id.starts_with("asymmetric_");
     let is_excluded = is_present(kind.id)
-        || (is_by_direction && !turns_both_ways(segments, base.settings.unexplained_share))
+        // Differences by direction are not identifiable from one.
+        || (is_by_direction(kind.id) && !turns_both_ways(segments, base.settings.unexplained_share))
         || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
         || (base.is_host_timed && is_timed)
         || (is_aliased && repeats(kind))

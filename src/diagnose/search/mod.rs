@@ -20,7 +20,7 @@ use gram::{Screen, Screened, distinct};
 use periodic::with_wave;
 use pool::Pool;
 
-use super::classes::{class_of, members_of};
+use super::classes::{class_of, members_of, symmetric_of};
 use super::fit::Fit;
 use super::inverse::{load_term, shares};
 use super::model::{BASE, Base, Member, Model, dot, range_of};
@@ -63,7 +63,7 @@ pub(crate) fn search(
     let settings = &base.settings;
     let model = Model::new(base, Vec::new());
     let mut pool = Pool::new(coarse, base);
-    let until_ns = segments.work.nanoseconds() + time_limit_ns(segments.len);
+    pool.until_ns = segments.work.nanoseconds() + time_limit_ns(segments.len);
     pool.judge.is_relevant = is_relevant;
     pool.judge.known_floor = match is_relevant {
         true => stated_floor,
@@ -88,7 +88,7 @@ pub(crate) fn search(
             0 => vec![least_squares.clone()],
             _ => pool.not_expanded(),
         };
-        let Some(first) = begun.first().filter(|_| !pool.is_at_limit()) else {
+        let Some(first) = (begun.first()).filter(|_| round == 0 || !pool.is_at_limit()) else {
             break;
         };
         let (deepest, sets) = match round {
@@ -97,7 +97,10 @@ pub(crate) fn search(
             _ => (1, settings.fitted_sets / 3),
         };
         let mut screened = Vec::new();
-        for from in &begun {
+        for (k, from) in begun.iter().enumerate() {
+            if k > 0 && pool.is_at_limit() {
+                break;
+            }
             let room = settings.most_effects - from.model.members.len();
             let ahead = match round {
                 0 => 0.0,
@@ -112,8 +115,6 @@ pub(crate) fn search(
         pool.simplify();
         pool.exchange();
         pool.judge();
-        // The first round is always whole: a set that it has not fitted may be the right one.
-        pool.until_ns = until_ns;
         let now = pool.best();
         steps.push(SearchStep {
             from: first.ids(),
@@ -290,8 +291,8 @@ impl Pool<'_> {
                 None => taken.push((ids, model, starts)),
             }
         }
-        for (_, model, starts) in taken {
-            if !self.is_at_limit() {
+        for (rank, (_, model, starts)) in taken.into_iter().enumerate() {
+            if rank < FITTED_ANYWAY || !self.is_at_limit() {
                 self.add_fitted(&model, &starts, Some(from));
             }
         }
@@ -409,9 +410,7 @@ impl Pool<'_> {
         let members = best.model.members.clone();
         for (k, member) in members.iter().enumerate().filter(|(_, m)| !is_freed(m)) {
             let of_class = class_of(member.id()).map_or(&[][..], |class| members_of(class));
-            // That of both directions alike.
-            let plain = member.id().strip_prefix("asymmetric_");
-            let rivals = of_class.iter().copied().chain(plain);
+            let rivals = of_class.iter().copied().chain(symmetric_of(member.id()));
             for rival in rivals.filter(|id| *id != member.id()) {
                 let Some((index, kind)) = find(rival) else {
                     continue;
@@ -431,7 +430,7 @@ impl Pool<'_> {
                 let Some(model) = models.first() else {
                     continue;
                 };
-                if self.is_at_limit() || !self.is_new(best.ids(), model.ids()) {
+                if !self.is_new(best.ids(), model.ids()) {
                     continue;
                 }
                 let starts: Vec<Vec<f64>> = (models.iter())

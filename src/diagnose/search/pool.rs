@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::diagnose::classes::is_by_direction;
 use crate::diagnose::fit::{Fit, Metric, fit, refit};
 use crate::diagnose::model::{Base, Member, Model, mean_square};
 use crate::diagnose::noise::Whitener;
@@ -399,9 +400,7 @@ impl<'a> Pool<'a> {
         };
         let by_direction = |set: &Scored| {
             let ids = set.fit.ids();
-            ids.iter()
-                .filter(|id| id.starts_with("asymmetric_"))
-                .count()
+            ids.iter().filter(|id| is_by_direction(id)).count()
         };
         let is_implied = |set: &Scored| {
             sets.iter().any(|other| {
