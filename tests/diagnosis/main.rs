@@ -5,6 +5,7 @@ mod support;
 
 mod assumed_torque;
 mod cases;
+mod fast_turning;
 mod figures;
 mod hold_out;
 mod more_data;

@@ -41,28 +41,22 @@ pub(crate) fn own_part(segments: &Segments) -> Option<Own> {
 }
 
 /// A load in addition to the nominal motor: amplitude and phase of `gravity_load`, torque of `constant_load`, in N m;
-/// `None` with too little motion, for a wrong sign, or if the shaft turns too far per sample.
+/// `None` with too little motion or for a wrong sign.
 pub(crate) fn load_term(
     segments: &Segments,
     base: &Base,
     kind: &EffectKind,
 ) -> Option<(Own, Vec<f64>)> {
     let rows = rows(segments);
-    let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
     let is_known = segments.runs.iter().all(|run| run.known.has_load());
     let repeats = kind.parameters.len() == 2;
-    if rows.len() < LEAST_ROWS || (repeats && (is_aliased || is_known)) {
+    if rows.len() < LEAST_ROWS || (repeats && is_known) {
         return None;
     }
     let with: Vec<Vec<f64>> = (rows.iter())
         .map(|row| {
-            let (sine, cosine) = row.angle.sin_cos();
             let mut columns = own_columns(row);
-            columns.extend(if repeats {
-                vec![sine, cosine]
-            } else {
-                vec![1.0]
-            });
+            columns.extend_from_slice(if repeats { &row.wave } else { &[1.0] });
             columns
         })
         .collect();

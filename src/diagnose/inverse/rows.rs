@@ -1,6 +1,6 @@
 //! Rows of the regression: windows of steady direction, smoothed by one kernel.
 
-use std::f64::consts::TAU;
+use std::f64::consts::FRAC_PI_2;
 
 use crate::diagnose::segments::{Recording, Segments};
 
@@ -16,7 +16,8 @@ pub(super) struct Row {
     pub command: f64,
     pub acceleration: f64,
     pub speed: f64,
-    pub angle: f64,
+    /// Mean sine and cosine of the angle.
+    pub wave: [f64; 2],
     /// Torque in N m of a load or a disc, if known.
     pub known_nm: f64,
 }
@@ -83,6 +84,7 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
     let at = |k: usize| (run.t_s[k] - middle) / half;
     let (mut command, mut speed, mut mean_angle, mut acceleration) = (0.0, 0.0, 0.0, 0.0);
     let mut noise = 0.0;
+    let mut wave = [0.0; 2];
     let slope =
         |k: usize| (run.counts[k + 1] - run.counts[k]) * run.rad / (run.t_s[k + 1] - run.t_s[k]);
     let bell_over = |k: usize| bell(at(k)) / half / (run.t_s[k + 1] - run.t_s[k]);
@@ -91,6 +93,8 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
         command += share * run.command[k];
         speed += share * slope(k);
         mean_angle += share * 0.5 * (run.angle(k) + run.angle(k + 1));
+        wave[0] += share * run.mean_sine(k, 1.0, 0.0);
+        wave[1] += share * run.mean_sine(k, 1.0, FRAC_PI_2);
         if k > from {
             acceleration += bell(at(k)) / half * (slope(k) - slope(k - 1));
             // Change of the acceleration by one count at sample k.
@@ -104,7 +108,7 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
         command,
         acceleration,
         speed,
-        angle: mean_angle.rem_euclid(TAU),
+        wave,
         known_nm: run.known.torque_nm(mean_angle, acceleration),
     };
     Some((row, run.rad * (noise * ROUNDING_VARIANCE).sqrt()))

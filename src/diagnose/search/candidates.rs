@@ -104,8 +104,8 @@ pub(super) fn grid(kind: &EffectKind, base: &Base) -> Vec<Vec<f64>> {
     grid
 }
 
-/// Whether an effect may be added to a fit: it is in no model twice, transmission effects exclude each other, and what the time stamps or
-/// an aliased angle cannot show is left out.
+/// Whether an effect may be added to a fit: it is in no model twice, transmission effects exclude each other, and what the time stamps
+/// cannot show is left out.
 fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind) -> bool {
     let is_member = |id: &str| fit.model.members.iter().any(|member| member.id() == id);
     let is_present = |id: &str| {
@@ -113,14 +113,12 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     };
     let couples = [ids::BACKLASH, ids::COMPLIANCE];
     let is_timed = kind.stage == Stage::Timing || kind.id == ids::TRANSPORT_DELAY;
-    let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
     let is_integrated = segments.runs.iter().all(|run| run.is_integrated);
     let is_excluded = is_present(kind.id)
         // Differences by direction are not identifiable from one.
         || (is_by_direction(kind.id) && !turns_both_ways(segments, base.settings.unexplained_share))
         || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
         || (base.is_host_timed && is_timed)
-        || (is_aliased && repeats(kind))
         || (is_integrated && kind.id == ids::MISSED_COUNTS);
     !is_excluded
 }

@@ -269,14 +269,13 @@ impl Pool<'_> {
             .map(|set| set.worth)
             .fold(f64::NEG_INFINITY, f64::max);
         let within = 2.0 * self.base.settings.near_best;
+        // Screening is linear: single effects are fitted first, whatever their score.
+        let mut by_size: Vec<&Screened> = chosen.iter().collect();
+        by_size.sort_by_key(|set| set.of.len());
         let mut taken: Vec<Started> = Vec::new();
-        for set in &chosen {
-            if set.worth < ahead - within {
-                continue;
-            }
-            // Screening is linear: the few best are fitted whatever their score.
+        for set in by_size {
             let is_behind = set.worth < 0.0 || set.worth < most - within;
-            if is_behind && taken.len() >= FITTED_ANYWAY {
+            if set.worth < ahead - within || (is_behind && set.of.len() > 1) {
                 continue;
             }
             let (model, starts) = self.started(from, set, &all);
@@ -291,8 +290,13 @@ impl Pool<'_> {
                 None => taken.push((ids, model, starts)),
             }
         }
+        // Beside no effect, the best are fitted whatever the time.
+        let anyway = match from.model.members.is_empty() {
+            true => FITTED_ANYWAY,
+            false => 0,
+        };
         for (rank, (_, model, starts)) in taken.into_iter().enumerate() {
-            if rank < FITTED_ANYWAY || !self.is_at_limit() {
+            if rank < anyway || !self.is_at_limit() {
                 self.add_fitted(&model, &starts, Some(from));
             }
         }

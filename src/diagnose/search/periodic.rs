@@ -48,26 +48,33 @@ pub(super) fn candidates(
             let mut out = Vec::with_capacity(segments.len);
             for segment in &segments.segments {
                 let run = &segments.runs[segment.run];
-                let at = |k: usize| (order as f64 * run.angle(k) + shift).sin();
+                let mean = |k: usize| run.mean_sine(k, order as f64, shift);
                 match kind.id {
                     ids::ENCODER_ECCENTRICITY => {
+                        let at = |k: usize| (order as f64 * run.angle(k) + shift).sin();
                         let first = at(segment.from);
                         out.extend((segment.from..segment.to).map(|k| at(k) - first));
                     }
                     ids::TORQUE_RIPPLE => {
                         let strength = |k: usize| match base.kind {
                             CommandKind::Voltage => {
-                                (run.command[k]
-                                    - 2.0 * p.back_emf_v_s_per_rad * run.speed[k] * run.rad)
+                                let speed = 0.5 * (run.speed[k] + run.speed[k + 1]) * run.rad;
+                                (run.command[k] - 2.0 * p.back_emf_v_s_per_rad * speed)
                                     * p.torque_constant_nm_per_a
                                     / p.resistance_ohm
                             }
                             CommandKind::Current => run.command[k] * p.torque_constant_nm_per_a,
                             CommandKind::Torque => run.command[k],
                         };
-                        filter(segments, segment, tau_s, |k| at(k) * strength(k), &mut out);
+                        filter(
+                            segments,
+                            segment,
+                            tau_s,
+                            |k| mean(k) * strength(k),
+                            &mut out,
+                        );
                     }
-                    _ => filter(segments, segment, tau_s, at, &mut out),
+                    _ => filter(segments, segment, tau_s, mean, &mut out),
                 }
             }
             out
@@ -89,7 +96,8 @@ pub(super) fn candidates(
     out
 }
 
-/// Angle in counts that an acceleration in counts/s^2 makes in a segment: `v' = -v/tau + a`, where the shaft moves.
+/// Angle in counts that an acceleration in counts/s^2, the mean between a sample and the next, makes in a segment:
+/// `v' = -v/tau + a`, where the shaft moves.
 fn filter(
     segments: &Segments,
     segment: &Segment,
@@ -104,7 +112,7 @@ fn filter(
         let dt = run.t_s[k] - run.t_s[k - 1];
         if run.moving[k] {
             let e = (-dt / time_constant_s).exp();
-            let a = 0.5 * (acceleration(k) + acceleration(k - 1));
+            let a = acceleration(k - 1);
             let f01 = (1.0 - e) * time_constant_s;
             x += f01 * v + (dt - f01) * time_constant_s * a;
             v = e * v + f01 * a;

@@ -43,8 +43,6 @@ pub(crate) struct Recording {
     pub is_integrated_backward: bool,
     /// Their resolution in the log, in counts/s.
     pub speed_resolution: Option<f64>,
-    /// Whether the shaft turns by half a turn or more per sample.
-    pub is_aliased: bool,
     /// Whether the command depends on the motion.
     pub is_closed_loop: bool,
     /// Largest speed in counts/s, at least 1.
@@ -92,14 +90,12 @@ impl Recording {
         let simulator = Simulator::new(&drive, Model::SecondOrder)?
             .with_known(run.known.clone())
             .with_sample_filter(run.is_integrated_backward());
-        let half_turn = 0.5 * run.counts_per_rev;
         let first_speed = first_speed(&run.t_s, &command, &counts, run.counts_per_rev);
         Ok(Self {
             is_closed_loop: depends_on_motion(&command, &counts, settings),
             is_integrated: run.is_integrated(),
             is_integrated_backward: run.is_integrated_backward(),
             speed_resolution: run.speed_resolution_counts_s(),
-            is_aliased: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
             top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
             t_s: run.t_s.clone(),
             command: command.into_owned(),
@@ -258,6 +254,15 @@ impl Recording {
         (self.first_counts + self.counts[sample]) * self.rad
     }
 
+    /// Mean of `sin(order angle + shift)` between a sample and the next at even speed, so that fast turning cancels it
+    /// instead of an aliased value.
+    pub fn mean_sine(&self, sample: usize, order: f64, shift: f64) -> f64 {
+        let from = order * self.angle(sample) + shift;
+        let half = 0.5 * order * (self.angle(sample + 1) - self.angle(sample));
+        let sinc = if half == 0.0 { 1.0 } else { half.sin() / half };
+        (from + half).sin() * sinc
+    }
+
     /// The initial state at a sample, with the standard deviation of its speed in counts/s.
     pub fn start(&self, sample: usize) -> (Reset, f64) {
         let (speed, sd) = self.start_speed(sample);
@@ -317,4 +322,27 @@ fn slope(t_s: &[f64], y: &[f64]) -> Option<(f64, f64)> {
     let stt: f64 = t_s.iter().map(|t| (t - mt).powi(2)).sum();
     let sty: f64 = t_s.iter().zip(y).map(|(t, y)| (t - mt) * (y - my)).sum();
     (stt > 0.0).then(|| (sty / stt, (ROUNDING_VARIANCE / stt).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::samples::recording;
+    use crate::diagnose::settings::Settings;
+    use crate::motor::Motor;
+
+    #[test]
+    fn mean_sine_is_the_integral_over_a_sample_interval() {
+        let run = recording(&Motor::default(), 200);
+        let run = Recording::new(&run, &Settings::default()).expect("a recording");
+        let (order, shift) = (41.0, 0.3);
+        for sample in 0..199 {
+            let (from, to) = (run.angle(sample), run.angle(sample + 1));
+            let n = 10_000;
+            let at = |k: usize| from + (to - from) * (k as f64 + 0.5) / n as f64;
+            let sum: f64 = (0..n).map(|k| (order * at(k) + shift).sin()).sum();
+            let mean = run.mean_sine(sample, order, shift);
+            assert!((mean - sum / n as f64).abs() < 1e-6, "sample {sample}");
+        }
+    }
 }

@@ -270,7 +270,6 @@ impl Cut {
             is_integrated: whole.is_integrated,
             is_integrated_backward: whole.is_integrated_backward,
             speed_resolution: whole.speed_resolution,
-            is_aliased: whole.is_aliased,
             top: whole.top,
             first_speed: whole.first_speed,
             settings: whole.settings,

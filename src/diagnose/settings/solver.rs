@@ -87,13 +87,13 @@ pub(crate) const LOGARITHM_WITHIN: std::ops::Range<f64> = 1e-100..1e100;
 /// Rounds of adding, dropping and exchanging; the best set stays after two or three.
 pub(crate) const ROUNDS: usize = 5;
 /// Most simulation time of a search in ns of recordings of up to this many samples, and for each further sample, by the
-/// simulator's own estimate, which does not depend on the machine. A search beyond it fits the best screened sets of
+/// simulator's own estimate, which does not depend on the machine. A search beyond it fits the best single effects of
 /// the first round, random effects, and the best set without each of its effects and with those of their classes: 3,000
 /// rows take some 3 s of one core.
-pub(crate) const SEARCH_NS: u64 = 1_200_000_000;
+pub(crate) const SEARCH_NS: u64 = 800_000_000;
 pub(crate) const SEARCH_SAMPLES: usize = 3_000;
 pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 10_000_000;
-/// Best screened sets that are fitted regardless of their score and of the time.
+/// Best screened effects that are fitted regardless of the time.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set.
 pub(crate) const SIMPLIFIED: usize = 2;
