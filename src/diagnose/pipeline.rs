@@ -173,10 +173,13 @@ pub(crate) fn searched(
     let coarse = coarse.as_ref().map_or(&segments, |subset| &subset.segments);
     let begun = if is_relevant { &none } else { &refitted };
     // The number of rounds is unknown: each is reported as a part of the remaining share.
-    let share = Cell::new(REFITTED_SHARE);
-    let progress = |what: &str| {
-        done(share.get());
-        share.set(1.0 - (1.0 - share.get()) * LEFT_AFTER_ROUND);
+    let (from, to) = (Cell::new(0.0), Cell::new(REFITTED_SHARE));
+    let progress = |what: &str, part: f64| {
+        if part == 0.0 {
+            from.set(to.get());
+            to.set(1.0 - (1.0 - to.get()) * LEFT_AFTER_ROUND);
+        }
+        done(from.get() + part * (to.get() - from.get()));
         progress(what);
     };
     let found = search(

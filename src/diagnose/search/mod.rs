@@ -50,7 +50,8 @@ impl Found {
     }
 }
 
-/// Searches on `coarse` segments from the base fit, and refits what is near the best to all.
+/// Searches on `coarse` segments from the base fit, and refits what is near the best to all. `progress` is told what is done, and which part
+/// of it has been.
 pub(crate) fn search(
     segments: &Segments,
     coarse: &Segments,
@@ -58,7 +59,7 @@ pub(crate) fn search(
     none: &Fit,
     (is_relevant, stated_floor): (bool, f64),
     proposed: &[Motor],
-    progress: &dyn Fn(&str),
+    progress: &dyn Fn(&str, f64),
 ) -> Option<Found> {
     let settings = &base.settings;
     let model = Model::new(base, Vec::new());
@@ -78,11 +79,12 @@ pub(crate) fn search(
     pool.fit_measured(none);
     let mut steps = Vec::new();
     for round in 0..ROUNDS {
-        progress(&format!(
-            "searching, round {} of {ROUNDS} at most, {} sets of effects fitted",
-            round + 1,
-            pool.fitted
-        ));
+        let fitted = |sets: usize, part: f64| {
+            let number = round + 1;
+            let done = format!("round {number} of {ROUNDS} at most, {sets} sets of effects fitted");
+            progress(&format!("searching, {done}"), part);
+        };
+        fitted(pool.fitted, 0.0);
         let begun = match round {
             // The likelihood's fit may have an effect in its noise.
             0 => vec![least_squares.clone()],
@@ -106,7 +108,9 @@ pub(crate) fn search(
                 0 => 0.0,
                 _ => pool.best().score - pool.score_of(from),
             };
-            screened.extend(pool.expand(from, ahead, deepest.min(room), sets));
+            let of_all =
+                |sets: usize, part: f64| fitted(sets, (k as f64 + part) / begun.len() as f64);
+            screened.extend(pool.expand(from, ahead, deepest.min(room), sets, &of_all));
         }
         if round == 0 && is_relevant {
             pool.fit_stochastic(first);
@@ -126,10 +130,11 @@ pub(crate) fn search(
             limited: pool.is_at_limit(),
         });
     }
-    progress(&format!(
+    let last = format!(
         "fitting the likeliest of {} sets to all segments",
         pool.fitted
-    ));
+    );
+    progress(&last, 0.0);
     let (sets, judge) = if std::ptr::eq(segments, coarse) {
         pool.sorted()
     } else {
@@ -227,6 +232,7 @@ impl Pool<'_> {
         ahead: f64,
         deepest: usize,
         sets: usize,
+        fitted: &dyn Fn(usize, f64),
     ) -> Vec<(Vec<&'static str>, f64)> {
         let (segments, base) = (self.segments, self.base);
         self.expanded(from);
@@ -296,9 +302,11 @@ impl Pool<'_> {
             true => FITTED_ANYWAY,
             false => 0,
         };
+        let number = taken.len() as f64;
         for (rank, (_, model, starts)) in taken.into_iter().enumerate() {
             if rank < anyway || !self.is_at_limit() {
                 self.add_fitted(&model, &starts, Some(from));
+                fitted(self.fitted, (rank + 1) as f64 / number);
             }
         }
         screened
