@@ -95,7 +95,6 @@ pub(crate) fn search(
         };
         let (deepest, sets) = match round {
             0 if is_relevant => (3, settings.fitted_sets),
-            0 => (1, settings.fitted_sets),
             _ => (1, settings.fitted_sets / 3),
         };
         let mut screened = Vec::new();
@@ -275,14 +274,13 @@ impl Pool<'_> {
             .map(|set| set.worth)
             .fold(f64::NEG_INFINITY, f64::max);
         let within = 2.0 * self.base.settings.near_best;
-        // Screening is linear: single effects that may be in a set are fitted first, and the few best whatever their score.
+        // Screening is linear: single effects are fitted first, whatever their score.
         let mut by_size: Vec<&Screened> = chosen.iter().collect();
         by_size.sort_by_key(|set| set.of.len());
         let mut taken: Vec<Started> = Vec::new();
         for set in by_size {
-            let is_behind = set.of.len() > 1 && set.worth < most - within;
-            let is_worthless = set.worth < 0.0 && taken.len() >= FITTED_ANYWAY;
-            if set.worth < ahead - within || is_behind || is_worthless {
+            let is_behind = set.worth < 0.0 || set.worth < most - within;
+            if set.worth < ahead - within || (is_behind && set.of.len() > 1) {
                 continue;
             }
             let (model, starts) = self.started(from, set, &all);

@@ -93,7 +93,7 @@ pub(crate) const ROUNDS: usize = 5;
 pub(crate) const SEARCH_NS: u64 = 800_000_000;
 pub(crate) const SEARCH_SAMPLES: usize = 3_000;
 pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 10_000_000;
-/// Best screened effects that are fitted regardless of their score and of the time.
+/// Best screened effects that are fitted regardless of the time.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set.
 pub(crate) const SIMPLIFIED: usize = 2;
