@@ -67,8 +67,7 @@ pub struct Settings {
     pub credible_squares: f64,
     /// Steepness of the transition between the two scores.
     pub passage: usize,
-    /// Screened sets fitted in the first round; later rounds, and the only one within the noise floor, fit a third as
-    /// many.
+    /// Screened sets fitted in the first round; later rounds, and all rounds within the noise floor, fit a third as many.
     pub fitted_sets: usize,
     /// Largest size of a set.
     pub most_effects: usize,
