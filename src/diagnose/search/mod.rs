@@ -29,8 +29,8 @@ use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
 use super::settings::solver::{
-    FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES,
-    SIMPLIFIED, STARTS_PER_SET,
+    DERIVED_SEARCHES, FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE,
+    SEARCH_SAMPLES, SIMPLIFIED, STARTS_PER_SET,
 };
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
@@ -64,7 +64,9 @@ pub(crate) fn search(
     let settings = &base.settings;
     let model = Model::new(base, Vec::new());
     let mut pool = Pool::new(coarse, base);
-    pool.until_ns = segments.work.nanoseconds() + time_limit_ns(segments.len);
+    let limit_ns = time_limit_ns(segments.len);
+    pool.until_ns = segments.work.nanoseconds() + limit_ns;
+    pool.derived_until_ns = pool.until_ns + DERIVED_SEARCHES * limit_ns;
     pool.judge.is_relevant = is_relevant;
     pool.judge.known_floor = match is_relevant {
         true => stated_floor,
@@ -403,7 +405,7 @@ impl Pool<'_> {
                 let mut fewer = members.clone();
                 fewer.remove(k);
                 let model = Model::new(self.base, fewer);
-                if self.is_new(set.fit.ids(), model.ids()) {
+                if !self.is_at_end() && self.is_new(set.fit.ids(), model.ids()) {
                     let starts = [
                         model.start_from(&set.fit.model, &set.fit.x),
                         self.none_start(&model),
@@ -441,7 +443,7 @@ impl Pool<'_> {
                 let Some(model) = models.first() else {
                     continue;
                 };
-                if !self.is_new(best.ids(), model.ids()) {
+                if self.is_at_end() || !self.is_new(best.ids(), model.ids()) {
                     continue;
                 }
                 let starts: Vec<Vec<f64>> = (models.iter())

@@ -54,8 +54,10 @@ pub(crate) struct Pool<'a> {
     expanded: BTreeSet<Vec<&'static str>>,
     /// Sets fitted so far.
     pub fitted: usize,
-    /// Simulation time in ns of these segments at which the search ends.
+    /// Simulation time in ns of these segments at which no screened set is fitted any more.
     pub until_ns: u64,
+    /// The same for sets derived from the best by leaving out and by exchange.
+    pub derived_until_ns: u64,
     /// Data cost below which nothing is rewarded.
     least: (f64, f64),
 }
@@ -77,6 +79,7 @@ impl<'a> Pool<'a> {
             expanded: BTreeSet::new(),
             fitted: 0,
             until_ns: u64::MAX,
+            derived_until_ns: u64::MAX,
             least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
         }
     }
@@ -185,13 +188,20 @@ impl<'a> Pool<'a> {
             let found = refit(segments, begun, metric)?;
             let found = random::with_likeliest(segments, base, found);
             let own = likelihood(segments, base, &found);
-            if own.noise == before.noise || round == REFINEMENTS {
+            if own.noise == before.noise || round == REFINEMENTS || self.is_far_behind(&own) {
                 return Some((found, own));
             }
             begun = found;
             before = own;
             round += 1;
         }
+    }
+
+    /// Whether another set is so much likelier that no refinement of this one changes anything.
+    fn is_far_behind(&self, likelihood: &Likelihood) -> bool {
+        let score = |likelihood: &Likelihood| likelihood.optimum.score(f64::NEG_INFINITY);
+        let least = score(likelihood) + 2.0 * self.base.settings.near_best;
+        (self.sets.values()).any(|set| score(&set.likelihood) > least)
     }
 
     fn score(&self, scored: &mut Scored) {
@@ -325,6 +335,11 @@ impl<'a> Pool<'a> {
     /// Whether the search has taken the simulation time that it may.
     pub fn is_at_limit(&self) -> bool {
         self.segments.work.nanoseconds() >= self.until_ns
+    }
+
+    /// The same for sets derived from the best.
+    pub fn is_at_end(&self) -> bool {
+        self.segments.work.nanoseconds() >= self.derived_until_ns
     }
 
     /// Whether a set is fitted from the parameters of another for the first time.
