@@ -197,7 +197,7 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// Whether another set is so much likelier that no refinement of this one changes anything.
+    /// Whether another set is likelier by more than a refinement of this one could change.
     fn is_far_behind(&self, likelihood: &Likelihood) -> bool {
         let score = |likelihood: &Likelihood| likelihood.optimum.score(f64::NEG_INFINITY);
         let least = score(likelihood) + 2.0 * self.base.settings.near_best;
