@@ -3,8 +3,8 @@
 use motorlab::check::{check_training, is_fatal};
 use motorlab::diagnose as diagnosing;
 use motorlab::diagnose::{
-    BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, Role, RunFacts, WithRuns,
-    nominal_fit,
+    BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, Role, RunFacts, Settings,
+    WithRuns, nominal_fit,
 };
 use motorlab::hint::Hinted;
 use motorlab::motor;
@@ -189,7 +189,7 @@ impl Question {
         };
         let mut motor = self.motor.unwrap_or_default();
         if self.is_fitted.unwrap_or(is_unknown) {
-            let fit = nominal_fit(first, &motor)?;
+            let fit = nominal_fit(first, &motor, &Settings::default())?;
             if !fit.is_given {
                 nominal_source = NominalSource::Fit;
             }

@@ -11,6 +11,8 @@ use super::too_short::FEWEST_SAMPLES;
 
 /// Least counts under a command: quantization and one count of dither are then at most 5 % of them.
 const FEWEST_COUNTS: f64 = 20.0;
+/// Most counts of dither at rest.
+const DITHER_COUNTS: u64 = 1;
 /// Least share of the counts under a command that have the opposite sign. A load that drives the shaft half of the
 /// time (an arm that is lifted and lowered) gives 0; delay, coasting and reversals reduce the share of a correct
 /// wiring, but not below 0.
@@ -37,7 +39,8 @@ pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
         .filter(|subject| {
             subject.run.len() >= FEWEST_SAMPLES && subject.has("command") && subject.has("position")
         })
-        .map(|subject| (subject, Tally::of(subject)))
+        .filter(|subject| Tally::of(subject, delay(subject)).share() < AGAINST)
+        .map(|subject| (subject, Tally::of(subject, 0)))
         .collect();
     let mut all = Tally::default();
     for (_, tally) in tallies.iter().filter(|(_, tally)| tally.is_conclusive()) {
@@ -110,7 +113,8 @@ fn finding(
 }
 
 impl Tally {
-    fn of(subject: &Subject<'_>) -> Self {
+    /// Of counts that follow the command by `delay` samples.
+    fn of(subject: &Subject<'_>, delay: usize) -> Self {
         let run = subject.run;
         let from = end_of_deceleration(&run.counts);
         let mut tally = Self {
@@ -119,7 +123,8 @@ impl Tally {
                 .sum(),
             ..Self::default()
         };
-        for (pair, &command) in run.counts.windows(2).zip(&run.command).skip(from) {
+        let counts = &run.counts[delay..];
+        for (pair, &command) in counts.windows(2).zip(&run.command).skip(from) {
             let moved = pair[1].saturating_sub(pair[0]) as f64;
             if command == 0.0 {
                 tally.resting += moved.abs();
@@ -163,6 +168,19 @@ impl Tally {
         let is_one_way = !(self.positive < 0.0 && self.negative > 0.0);
         self.is_conclusive() && self.share() <= -AGAINST && !(is_one_way && self.passed < turn)
     }
+}
+
+/// Samples from the first command to the first motion: a shaft that is delayed by most of a level turns against the
+/// command most of the time.
+fn delay(subject: &Subject<'_>) -> usize {
+    let run = subject.run;
+    let is_moved = |counts: &i64| counts.abs_diff(run.counts[0]) > DITHER_COUNTS;
+    let commanded = run.command.iter().position(|command| *command != 0.0);
+    let moved = run.counts.iter().position(is_moved);
+    let samples = commanded
+        .zip(moved)
+        .map(|(from, to)| to.saturating_sub(from));
+    samples.unwrap_or(0)
 }
 
 /// The last sample in which a shaft that turns from the beginning is braked: until then its inertia turns it against

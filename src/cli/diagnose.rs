@@ -155,6 +155,8 @@ impl Diagnose {
             }
             return bad_recording(findings, &facts, output);
         }
+        let settings =
+            (self.settings.as_deref()).map_or_else(|| Ok(Settings::default()), settings)?;
         // With reference runs, the motor file or its fit applies to the reference.
         let first = if reference.is_empty() {
             &runs
@@ -166,7 +168,7 @@ impl Diagnose {
             false => NominalSource::Handout,
         };
         if self.is_fitted(first) {
-            let fit = nominal_fit(first, &motor).map_err(Failure::input)?;
+            let fit = nominal_fit(first, &motor, &settings).map_err(Failure::input)?;
             output.message(&nominal_fit_words(&fit));
             if !fit.is_given {
                 nominal_source = NominalSource::Fit;
@@ -180,8 +182,6 @@ impl Diagnose {
         let proposed: Vec<Motor> = (self.propose.iter())
             .map(|path| read_motor(path).map_err(Failure::input))
             .collect::<Result<_, _>>()?;
-        let settings =
-            (self.settings.as_deref()).map_or_else(|| Ok(Settings::default()), settings)?;
         let spinner = spinner();
         let progress = |what: &str| spinner.set_message(what.to_owned());
         let done = |share: f64| set_share(&spinner, share);

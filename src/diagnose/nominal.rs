@@ -48,7 +48,7 @@ pub struct NominalFit {
 /// shaft at rest.
 ///
 /// ```
-/// use motorlab::diagnose::nominal_fit;
+/// use motorlab::diagnose::{Settings, nominal_fit};
 /// use motorlab::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
 /// use motorlab::recording::Run;
 ///
@@ -59,22 +59,25 @@ pub struct NominalFit {
 /// let drive = Drive { t_s: &t_s, command: &command, kind: CommandKind::Voltage };
 /// let counts = simulate(&heavy, &drive, &SimulationOptions::default())?.counts;
 /// let run = Run { sample_time_s: 0.01, counts_per_rev: 720.0, t_s, command, counts, ..Run::default() };
-/// let found = nominal_fit(&[run], &Motor::default())?;
+/// let found = nominal_fit(&[run], &Motor::default(), &Settings::default())?;
 /// assert!(found.left_counts < 0.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseError> {
-    let settings = Settings::default();
+pub fn nominal_fit(
+    runs: &[Run],
+    given: &Motor,
+    settings: &Settings,
+) -> Result<NominalFit, DiagnoseError> {
     let runs = &without_named_samples(runs)[..];
     let kind = usable(runs)?;
     let mut given = given.clone();
     given.parameters.counts_per_rev = runs[0].counts_per_rev;
     given.parameters.supply_v = runs[0].supply_v.unwrap_or(given.parameters.supply_v);
-    let mut motor = start(runs, &given, kind, &settings)?;
+    let mut motor = start(runs, &given, kind, settings)?;
     let mut best: Option<(Motor, f64, Prepared)> = None;
     for _ in 0..CUTS {
         let tolerant = with_tolerances(&motor, super::model::BASE, settings.largest_factor);
-        let prepared = Prepared::new(runs, &tolerant, &settings, false)?;
+        let prepared = Prepared::new(runs, &tolerant, settings, false)?;
         let (segments, _) = prepared.searched();
         let model = Model::new(&prepared.base, Vec::new());
         let mut starts = vec![model.start()];

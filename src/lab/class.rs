@@ -9,7 +9,7 @@ use super::Progress;
 use super::outcome::Outcome;
 use crate::check::{Finding, Severity, check, is_fatal};
 use crate::compare::compare;
-use crate::diagnose::{Diagnosis, NominalSource, Options, diagnose, nominal_fit};
+use crate::diagnose::{Diagnosis, NominalSource, Options, Settings, diagnose, nominal_fit};
 use crate::hint::on_one_line;
 use crate::motor::{Model, Motor};
 use crate::recording::Run;
@@ -271,7 +271,8 @@ impl Work<'_> {
             false => NominalSource::Handout,
         };
         if !self.is_given && runs.iter().any(Run::is_foreign) {
-            let fit = nominal_fit(runs, &motor).map_err(|why| on_one_line(&why.to_string()))?;
+            let fit = nominal_fit(runs, &motor, &Settings::default())
+                .map_err(|why| on_one_line(&why.to_string()))?;
             if !fit.is_given {
                 nominal_source = NominalSource::Fit;
             }

@@ -4,7 +4,9 @@ use serde::Serialize;
 
 use super::Progress;
 use crate::check::{Finding, Severity};
-use crate::diagnose::{Cause, Diagnosis, Interval, NominalSource, Options, diagnose, nominal_fit};
+use crate::diagnose::{
+    Cause, Diagnosis, Interval, NominalSource, Options, Settings, diagnose, nominal_fit,
+};
 use crate::motor::Motor;
 use crate::recording::Run;
 use crate::report::number::figure;
@@ -44,7 +46,7 @@ impl Missing {
         let mut nominal_source = NominalSource::Given;
         if !is_described {
             (progress.doing)("fitting the nominal model");
-            let fit = match nominal_fit(runs, &motor) {
+            let fit = match nominal_fit(runs, &motor, &Settings::default()) {
                 Ok(fit) => fit,
                 Err(why) => return (Self::Undiagnosed(why.to_string()), motor),
             };

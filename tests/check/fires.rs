@@ -53,6 +53,23 @@ fn driven(motor: &Motor, mut run: Run) -> Run {
     run
 }
 
+/// Longer than half a level of the profile, it turns the shaft against the command most of the time.
+#[test]
+fn a_long_delay_is_no_swapped_wire() {
+    for delay_s in [0.35, 0.5, 0.7] {
+        let mut motor = Motor::default();
+        motor
+            .effects
+            .set(ActiveEffect::new("transport_delay", &[delay_s]).expect("an effect"));
+        let run = simulated(&motor, "reversing", 0.005, 1000, 0.0);
+        let found = check(std::slice::from_ref(&run), Some(&Motor::default()));
+        let is_fatal = found
+            .iter()
+            .any(|finding| finding.id == Kind::EncoderReversed);
+        assert!(!is_fatal, "{delay_s} s: {found:?}");
+    }
+}
+
 fn fine_encoder() -> Motor {
     let mut motor = Motor::default();
     motor.parameters.counts_per_rev = 32_000.0;

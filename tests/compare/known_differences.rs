@@ -1,7 +1,7 @@
 //! Runs are simulated with their known differences: several configurations of one axis are one fit.
 
 use motorlab::compare::compare;
-use motorlab::diagnose::{Options, diagnose, nominal_fit};
+use motorlab::diagnose::{Options, Settings, diagnose, nominal_fit};
 use motorlab::motor::{
     ActiveEffect, CommandKind, Drive, Model, Motor, SimulationOptions, simulate,
 };
@@ -104,12 +104,12 @@ fn a_known_load_or_disc_identifies_the_torque_constant() {
             run.counts = run_of(&with, &reversing()).counts;
             run
         });
-        let fitted = nominal_fit(&runs, &Motor::default()).expect("a fit");
+        let fitted = nominal_fit(&runs, &Motor::default(), &Settings::default()).expect("a fit");
         let found = volts_per_nm(&fitted.motor) / volts_per_nm(&strong);
         assert!((found - 1.0).abs() < 0.02, "{key}: {found} in a fit");
         // Without it the torque constant and its interval are not reported.
         let bare = run_of(&strong, &reversing());
-        let untold = nominal_fit(&[bare], &Motor::default())
+        let untold = nominal_fit(&[bare], &Motor::default(), &Settings::default())
             .expect("a fit")
             .motor;
         let [default, found] =

@@ -17,17 +17,6 @@ pub fn printable(document: &Value) -> Vec<f64> {
     }
     let mut found = Vec::new();
     numbers(&document, &mut found);
-    // One sum of the document: the share of the regime with most of the unexplained error.
-    let share = |step: &Value| step["share"].as_f64().expect("a share");
-    let regions = document["unexplained"]["regions"]
-        .as_array()
-        .expect("a list");
-    for region in regions {
-        let alike = regions
-            .iter()
-            .filter(|other| other["regime"] == region["regime"]);
-        found.push(alike.map(share).sum());
-    }
     found
 }
 

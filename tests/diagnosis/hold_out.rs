@@ -1,7 +1,7 @@
 //! Held-out runs, runs that begin in motion, and a fitted nominal motor.
 
 use case_generator::generate;
-use motorlab::diagnose::{Options, Verdict, diagnose, nominal_fit};
+use motorlab::diagnose::{Diagnosis, Options, Settings, Verdict, diagnose, nominal_fit};
 use motorlab::motor::fit::{Simulator, Workspace};
 use motorlab::motor::{CommandKind, Drive, Model, Motor, SimulationOptions, simulate};
 use motorlab::recording::{Run, read_run_from};
@@ -40,6 +40,58 @@ fn levels(samples: usize, sample_time_s: f64) -> (Vec<f64>, Vec<f64>) {
     (t_s, command)
 }
 
+fn recorded(motor: &Motor) -> Run {
+    let (t_s, command) = levels(900, 0.003);
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let simulated = simulate(motor, &drive, &SimulationOptions::default());
+    Run {
+        sample_time_s: 0.003,
+        counts_per_rev: motor.parameters.counts_per_rev,
+        counts: simulated.unwrap().counts,
+        t_s,
+        command,
+        complete: true,
+        ..Run::default()
+    }
+}
+
+fn with_held_out(runs: &[Run], motor: &Motor, held_out: &[Run]) -> Diagnosis {
+    let options = Options {
+        held_out,
+        ..Options::default()
+    };
+    diagnose(runs, motor, &options).unwrap()
+}
+
+/// The motor file is right for the fitted run, and the axis of the other run turns with more friction.
+#[test]
+fn a_model_that_misses_the_held_out_run_explains_nothing() {
+    let motor = Motor::default();
+    let mut other = motor.clone();
+    other.parameters.coulomb_friction_nm *= 4.0;
+    let fitted = [recorded(&motor)];
+    let alike = with_held_out(&fitted, &motor, &fitted);
+    assert_eq!(alike.verdict, Verdict::NoGap, "{}", alike.sentence);
+    let missed = with_held_out(&fitted, &motor, &[recorded(&other)]);
+    let verdict = missed.verdict;
+    assert_eq!(verdict, Verdict::OutsideCatalogue, "{}", missed.sentence);
+    assert!(missed.unexplained.share > 0.9, "{}", missed.sentence);
+}
+
+/// Parameters imitate a clock error: where they reach the noise floor on the held-out runs too, it removes nothing.
+#[test]
+fn an_effect_that_removes_nothing_on_the_held_out_runs_is_not_named() {
+    let (runs, motor) = case(32, "clock_error");
+    let found = with_held_out(&runs, &motor, &[]);
+    assert_eq!(found.effects, ["clock_error"], "{}", found.sentence);
+    let found = with_held_out(&runs, &motor, &runs);
+    assert_eq!(found.verdict, Verdict::Parameters, "{}", found.sentence);
+}
+
 #[test]
 fn a_run_that_starts_in_motion_identifies_no_effect() {
     let (runs, motor) = case(8, "none");
@@ -51,11 +103,7 @@ fn a_run_that_starts_in_motion_identifies_no_effect() {
     let from = turning(run).unwrap();
     assert!(run.len() - from > 200, "{from} of {}", run.len());
     let parts = [tail(run, from)];
-    let options = Options {
-        held_out: &runs,
-        ..Options::default()
-    };
-    let found = diagnose(&parts, &motor, &options).unwrap();
+    let found = with_held_out(&parts, &motor, &runs);
     assert!(
         matches!(found.verdict, Verdict::NoGap | Verdict::Parameters),
         "{}",
@@ -100,25 +148,13 @@ fn a_nominal_motor_is_fitted_where_nothing_is_known() {
     truth.parameters.back_emf_v_s_per_rad *= 0.4;
     truth.parameters.coulomb_friction_nm *= 2.5;
     truth.parameters.inductance_h = 0.0;
-    let (t_s, command) = levels(900, 0.003);
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let counts = simulate(&truth, &drive, &SimulationOptions::default())
-        .unwrap()
-        .counts;
-    let run = Run {
-        sample_time_s: 0.003,
-        counts_per_rev: truth.parameters.counts_per_rev,
-        t_s,
-        command,
-        counts,
-        complete: true,
-        ..Run::default()
-    };
-    let found = nominal_fit(std::slice::from_ref(&run), &Motor::default()).unwrap();
+    let run = recorded(&truth);
+    let found = nominal_fit(
+        std::slice::from_ref(&run),
+        &Motor::default(),
+        &Settings::default(),
+    )
+    .unwrap();
     let (found, truth) = (found.motor.parameters, truth.parameters);
     for (name, found, truth) in [
         ("J", found.inertia_kg_m2, truth.inertia_kg_m2),
@@ -134,5 +170,5 @@ fn a_nominal_motor_is_fitted_where_nothing_is_known() {
         counts: vec![0; run.len()],
         ..run
     };
-    assert!(nominal_fit(&[still], &Motor::default()).is_err());
+    assert!(nominal_fit(&[still], &Motor::default(), &Settings::default()).is_err());
 }

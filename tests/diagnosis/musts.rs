@@ -278,7 +278,9 @@ fn re_identified_parameters_leave_no_more_than_plain_least_squares() {
         let voltage = CommandKind::Voltage;
         let whole = fit_runs(&one.runs, &[]).expect("it turns").motor;
         let plain = whole.in_place_of(&one.motor, voltage);
-        let segments = nominal_fit(&one.runs, &one.motor).expect("a fit").motor;
+        let segments = nominal_fit(&one.runs, &one.motor, &Settings::default())
+            .expect("a fit")
+            .motor;
         let refitted = one.found.gap.fitted.after_parameters;
         for (what, motor) in [("whole runs", plain), ("segments", segments)] {
             let other = diagnose(&one.runs, &motor, &Options::default()).expect("a diagnosis");

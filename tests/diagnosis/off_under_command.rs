@@ -1,7 +1,7 @@
 //! A drive that was off under its command: the interval is named and left out, and no model explains it.
 
 use motorlab::check::Kind;
-use motorlab::diagnose::{Diagnosis, Options, Verdict, diagnose, nominal_fit};
+use motorlab::diagnose::{Diagnosis, Options, Settings, Verdict, diagnose, nominal_fit};
 use motorlab::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::Run;
 
@@ -59,7 +59,8 @@ fn a_perfect_motor_whose_drive_was_off_is_perfect() {
         let predicted = &diagnosis.predicted[0];
         assert!(predicted.gap_counts[0][1160].is_nan());
         let unknown = run(&other, is_off);
-        let fit = nominal_fit(std::slice::from_ref(&unknown), &motor).expect("a fit");
+        let fit = nominal_fit(std::slice::from_ref(&unknown), &motor, &Settings::default())
+            .expect("a fit");
         let diagnosis = found(unknown, &fit.motor);
         let verdict = diagnosis.verdict;
         assert!(

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crate::support;
-use motorlab::diagnose::{NominalFit, nominal_fit};
+use motorlab::diagnose::{NominalFit, Settings, nominal_fit};
 use motorlab::import::{Map, import};
 use motorlab::least_squares::{
     FirstOrder, FirstOrderMotor, Record, counts_from_first, fit_runs, plain_fit,
@@ -31,7 +31,7 @@ fn imported(source: &Path, map: &Path) -> Vec<Run> {
 }
 
 fn fit(runs: &[Run]) -> NominalFit {
-    nominal_fit(runs, &Motor::default()).unwrap_or_else(|error| {
+    nominal_fit(runs, &Motor::default(), &Settings::default()).unwrap_or_else(|error| {
         panic!(
             "{error}: {:?} every {} s, {} a turn",
             runs[0].counts, runs[0].sample_time_s, runs[0].counts_per_rev
@@ -42,7 +42,7 @@ fn fit(runs: &[Run]) -> NominalFit {
 /// Position error over segments of another motor.
 fn rms_over_segments(runs: &[Run], motor: FirstOrderMotor) -> f64 {
     let given = motor.in_place_of(&Motor::default(), CommandKind::Voltage);
-    let fit = nominal_fit(runs, &given).expect("it turns");
+    let fit = nominal_fit(runs, &given, &Settings::default()).expect("it turns");
     fit.given_left_counts.expect("a motor")
 }
 

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::support;
 use crate::support::command::run;
-use motorlab::diagnose::{DiagnoseError, Options, diagnose, nominal_fit};
+use motorlab::diagnose::{DiagnoseError, Options, Settings, diagnose, nominal_fit};
 use motorlab::import::{Map, import};
 use motorlab::motor::{Motor, read_motor};
 use motorlab::recording::{Run, read_run};
@@ -343,7 +343,9 @@ fn known_loads_identify_the_torque_scale() {
         gains.into()
     };
     let volts_per_nm = |runs: &[Run]| {
-        let found = nominal_fit(runs, &Motor::default()).expect("a fit").motor;
+        let found = nominal_fit(runs, &Motor::default(), &Settings::default())
+            .expect("a fit")
+            .motor;
         found.parameters.resistance_ohm / found.parameters.torque_constant_nm_per_a
     };
     let mut all = runs_of("m535g_l100mm", 0.525);

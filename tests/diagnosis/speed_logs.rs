@@ -1,7 +1,7 @@
 //! Logs of speeds without a position, as most sketches print them: each speed is a difference of positions with an
 //! error, or smoothed by the sketch. Computed here from the handout's equations in closed form, not by the simulator.
 
-use motorlab::diagnose::{Diagnosis, Options, diagnose, nominal_fit};
+use motorlab::diagnose::{Diagnosis, Options, Settings, diagnose, nominal_fit};
 use motorlab::motor::Motor;
 use motorlab::recording::Run;
 use rand::SeedableRng;
@@ -79,7 +79,12 @@ fn differences(turns: &[f64], ts: f64) -> Vec<f64> {
 }
 
 fn diagnosed(run: Run) -> Diagnosis {
-    let nominal = nominal_fit(std::slice::from_ref(&run), &Motor::default()).expect("a motor");
+    let nominal = nominal_fit(
+        std::slice::from_ref(&run),
+        &Motor::default(),
+        &Settings::default(),
+    )
+    .expect("a motor");
     diagnose(&[run], &nominal.motor, &Options::default()).expect("a diagnosis")
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use motorlab::check::{Finding, check, check_training, is_fatal};
 use motorlab::compare::{Comparison, Overlay, compare as compared};
 use motorlab::diagnose::{
-    BadRecording, NominalSource, Options, Role, RunFacts, WithRuns, diagnose as diagnosed,
+    BadRecording, NominalSource, Options, Role, RunFacts, Settings, WithRuns, diagnose as diagnosed,
     nominal_fit,
 };
 use motorlab::motor::{Model, Motor};
@@ -108,7 +108,7 @@ pub fn compare_runs(question: &str) -> Answer {
     let mut given = Given::of(question)?;
     let fits = given.question.fit == Some(true);
     if fits {
-        given.motor = nominal_fit(&given.runs, &given.motor)
+        given.motor = nominal_fit(&given.runs, &given.motor, &Settings::default())
             .map_err(failed)?
             .motor;
     }
@@ -173,7 +173,7 @@ pub fn diagnose_runs(question: &str) -> Answer {
         .fit
         .unwrap_or_else(|| !is_given && runs.iter().any(Run::is_foreign));
     if fits {
-        let fit = nominal_fit(&runs, &motor).map_err(failed)?;
+        let fit = nominal_fit(&runs, &motor, &Settings::default()).map_err(failed)?;
         if !fit.is_given {
             nominal_source = NominalSource::Fit;
         }

@@ -10,7 +10,7 @@ mod floor;
 mod place;
 
 pub(crate) use floor::{median, stated_floor, travel};
-pub(crate) use place::{largest_regime, regions};
+pub(crate) use place::located;
 
 use std::ops::Range;
 

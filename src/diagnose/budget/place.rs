@@ -1,17 +1,19 @@
 //! Location of the error: time intervals of one regime with their shares of the squared error above the noise floor.
 
+use std::collections::BTreeMap;
+
 use crate::diagnose::report::{Regime, Region};
 use crate::diagnose::segments::{Segments, regimes};
 use crate::diagnose::settings::conventions::{LEAST_REGION, MOST_REGIONS};
 
-/// The intervals with the largest shares; the sum over all is 1. `floor` in counts RMS. Samples outside segments are
-/// in none.
-pub(crate) fn regions(
+/// The share of each regime, whose sum is 1, and the intervals with the largest shares. `floor` in counts RMS. Samples
+/// outside segments are in none.
+pub(crate) fn located(
     segments: &Segments,
     name: &dyn Fn(usize) -> String,
     residual: &[f64],
     floor: f64,
-) -> Vec<Region> {
+) -> (BTreeMap<Regime, f64>, Vec<Region>) {
     let mut found = Vec::new();
     for (number, run) in segments.runs.iter().enumerate() {
         let regimes = regimes(run);
@@ -35,24 +37,17 @@ pub(crate) fn regions(
     }
     let total: f64 = found.iter().map(|region| region.share).sum();
     if total <= 0.0 {
-        return Vec::new();
+        return Default::default();
     }
+    let mut of_regime = BTreeMap::new();
     for region in &mut found {
         region.share /= total;
+        *of_regime.entry(region.regime).or_insert(0.0) += region.share;
     }
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
     found.retain(|region| region.share >= LEAST_REGION);
     found.truncate(MOST_REGIONS);
-    found
-}
-
-/// The regime with the largest share among the listed intervals, and that share.
-pub(crate) fn largest_regime(regions: &[Region]) -> Option<(Regime, f64)> {
-    let mut shares = std::collections::BTreeMap::new();
-    for region in regions {
-        *shares.entry(region.regime).or_insert(0.0) += region.share;
-    }
-    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+    (of_regime, found)
 }
 
 #[cfg(test)]
@@ -70,24 +65,25 @@ mod tests {
             Segments::new(&[run], &Motor::default(), &Settings::default()).expect("a run");
         let of_sample = regimes(&segments.runs[0]);
         let of = |residual: &[f64], floor: f64| {
-            regions(&segments, &|run| format!("run {run}"), residual, floor)
+            located(&segments, &|run| format!("run {run}"), residual, floor)
         };
         // Steady motion at 4.5 V, and rest at 0 V.
         assert_eq!(of_sample[40], Regime::Steady);
         assert_eq!(of_sample[90], Regime::Standstill);
         let mut residual = vec![0.0; 500];
         (residual[40], residual[90]) = (3.0, 3.0_f64.sqrt());
-        let found = of(&residual, 0.0);
+        let (of_regime, found) = of(&residual, 0.0);
         assert_eq!(found.len(), 2);
         assert_eq!(
             (found[0].regime, found[1].regime),
             (Regime::Steady, Regime::Standstill)
         );
         assert!((found[0].share - 0.75).abs() < 1e-9 && (found[1].share - 0.25).abs() < 1e-9);
+        assert!((of_regime[&Regime::Steady] - 0.75).abs() < 1e-9);
         assert_eq!(found[0].run, "run 0");
         assert!(found[0].from_s < 0.4 && found[0].to_s >= 0.4);
-        assert!(of(&residual, 5.0).is_empty());
-        let even = of(&vec![1.0; 500], 0.0);
+        assert!(of(&residual, 5.0).1.is_empty());
+        let (of_regime, even) = of(&vec![1.0; 500], 0.0);
         // For equal errors an interval's share is that of its samples, and short ones are not listed.
         for region in &even {
             let samples = 1.0 + ((region.to_s - region.from_s) / 0.01).round();
@@ -95,5 +91,7 @@ mod tests {
         }
         let sum: f64 = even.iter().map(|region| region.share).sum();
         assert!(sum > 0.5 && sum < 1.0 - 1e-9, "{sum}");
+        let sum: f64 = of_regime.values().sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
     }
 }

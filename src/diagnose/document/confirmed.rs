@@ -25,6 +25,8 @@ pub(super) struct Data<'a> {
     pub found: &'a Found,
     /// The noise floor without random errors.
     pub floor: FloorParts,
+    /// Whether the error is measured on held-out runs.
+    pub has_held_out_runs: bool,
 }
 
 /// Nested models of confirmed effects.
@@ -65,7 +67,7 @@ pub(super) fn confirmed(
         let judged_on = data.judged_on.unwrap_or(data.segments);
         let n_eff = effective_observations(judged_on, &errors[0]);
         let floors = Floors::new(data, &steps, &errors, true);
-        let Some(k) = unconfirmed(data, &errors, &floors, n_eff) else {
+        let Some(k) = unconfirmed(data, &steps, &errors, &floors, n_eff) else {
             // Without a probable effect the error by a random load is not reducible. Beside one, a law that is not
             // modelled may be a part of it, and stays visible.
             let floors = match named.is_empty() && none >= settings.identified {
@@ -87,8 +89,14 @@ pub(super) fn confirmed(
 }
 
 /// The last effect that removes less than an immaterial share of the held-out error left before it, or that adds to it
-/// by more than its sampling error.
-fn unconfirmed(data: &Data, errors: &[Vec<f64>], floors: &Floors, n_eff: f64) -> Option<usize> {
+/// by more than its sampling error; on held-out runs also one that does not reduce it.
+fn unconfirmed(
+    data: &Data,
+    steps: &[Step],
+    errors: &[Vec<f64>],
+    floors: &Floors,
+    n_eff: f64,
+) -> Option<usize> {
     let settings = &data.base.settings;
     let shares = &floors.shares;
     let effects: Vec<(f64, f64)> = (2..errors.len())
@@ -96,8 +104,15 @@ fn unconfirmed(data: &Data, errors: &[Vec<f64>], floors: &Floors, n_eff: f64) ->
         .collect();
     let is_above_floor = data.found.judge.is_relevant && shares.left(errors.len() - 1).1 > 0.0;
     let removes_little = immaterial(&effects, settings).filter(|_| is_above_floor);
+    let removes_nothing = || {
+        let shares = Floors::new(data, steps, errors, false).shares;
+        let does_not = |m: usize| shares.between(m - 1, m).0 <= 0.0;
+        (2..errors.len()).rposition(does_not)
+    };
     let squares: Vec<f64> = errors.iter().map(|error| mean_square(error)).collect();
-    removes_little.or_else(|| adds_error(&squares, &floors.counts, n_eff, settings))
+    removes_little
+        .or_else(|| data.has_held_out_runs.then(removes_nothing).flatten())
+        .or_else(|| adds_error(&squares, &floors.counts, n_eff, settings))
 }
 
 impl Floors {

@@ -7,7 +7,7 @@ pub(crate) use causes::weighed;
 
 use std::ops::Range;
 
-use super::budget::{Shares, median, regions, travel};
+use super::budget::{Shares, located, median, travel};
 use super::command_units::CommandUnits;
 use super::error::name_of;
 use super::identifiable::identifiable;
@@ -69,6 +69,7 @@ pub(super) fn document(
         base,
         found,
         floor: without_random,
+        has_held_out_runs: held.is_some(),
     };
     let Confirmed {
         steps,
@@ -88,8 +89,9 @@ pub(super) fn document(
     let is_within = |m: usize, floor_square: f64| {
         !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
     };
-    // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
-    let is_settled_at_floor = shares.left(last).1 <= 0.0 || !found.judge.is_relevant;
+    // The relevance test is of the fitted error, to which cross-validation adds only the uncertainty of the parameters.
+    let is_settled_at_floor =
+        shares.left(last).1 <= 0.0 || (!found.judge.is_relevant && held.is_none());
     let budget_shares = BudgetShares {
         is_nominal_at_floor: is_within(0, floors[0] * floors[0]),
         parameters: shares.between(0, 1).0,
@@ -132,26 +134,23 @@ pub(super) fn document(
     let at = if is_named { last } else { 1 };
     let floor = floors[at];
     let (left, lo95, hi95) = shares.left(at);
+    let (regimes, regions) = located(
+        judged_on,
+        &|run| {
+            let own = || &runs[run.min(runs.len() - 1)];
+            name_of(run, options.held_out.get(run).unwrap_or_else(own))
+        },
+        &errors[at],
+        floor,
+    );
     let unexplained = Unexplained {
         rms_counts: (mean_square(&errors[at]) - floor * floor).max(0.0).sqrt(),
         share: left,
         lo95,
         hi95,
         equivalent_torque_share: noise.strength,
-        regions: regions(
-            judged_on,
-            &|run| {
-                name_of(
-                    run,
-                    options
-                        .held_out
-                        .get(run)
-                        .unwrap_or(&runs[run.min(runs.len() - 1)]),
-                )
-            },
-            &errors[at],
-            floor,
-        ),
+        regimes,
+        regions,
     };
     let of_named: Vec<&'static str> = (steps[2..].iter().map(|step| step.name)).collect();
     let effects = if is_named { of_named } else { Vec::new() };

@@ -1,8 +1,10 @@
 //! The error budget: held-out squared error by step.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use super::Region;
+use super::{Regime, Region};
 
 /// One step of the budget.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,6 +46,8 @@ pub struct Unexplained {
     pub hi95: f64,
     /// The random load torque of equal effect, one sigma as a share of stall.
     pub equivalent_torque_share: f64,
-    /// Its location: time intervals with the largest shares.
+    /// Its location: the share of each regime, whose sum is 1.
+    pub regimes: BTreeMap<Regime, f64>,
+    /// Time intervals with the largest shares; others are not listed.
     pub regions: Vec<Region>,
 }

@@ -15,10 +15,10 @@ pub(crate) use words::{counts, listed, name, percent, probability, three};
 use super::is_parameter_change;
 use super::report::{
     CROSS_VALIDATION, Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, ReferenceRuns,
-    Regime, Verdict,
+    Verdict,
 };
 use super::settings::Settings;
-use super::settings::conventions::LEAST_PRINTED;
+use super::settings::conventions::{LEAST_PRINTED, LEFT_OUT_SHOWN};
 use crate::motor::catalogue::ids;
 
 /// The four parts; `asked` is the command of the diagnosis.
@@ -157,9 +157,10 @@ fn remaining(diagnosis: &Diagnosis) -> String {
             percent_interval(unexplained.lo95, unexplained.hi95)
         ),
     };
-    let place = largest_regime(diagnosis)
+    let regimes = unexplained.regimes.iter();
+    let place = (regimes.max_by(|a, b| a.1.total_cmp(b.1)))
         .filter(|_| unexplained.share >= LEAST_PRINTED)
-        .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
+        .map(|(regime, share)| format!("; {} of it {}", percent(*share), regime.words()));
     format!("{share}{}.", place.unwrap_or_default())
 }
 
@@ -198,23 +199,16 @@ pub(crate) fn no_recording_reason(
     }
 }
 
-fn largest_regime(diagnosis: &Diagnosis) -> Option<(Regime, f64)> {
-    super::budget::largest_regime(&diagnosis.unexplained.regions)
-}
-
 /// Omitted samples: run, first time and last time in s.
 pub(crate) type LeftOut = (String, f64, f64);
 
-/// Most time intervals printed.
-const INTERVALS: usize = 3;
-
 /// Intervals in which the drive was off under its command.
 fn left_out(intervals: &[LeftOut]) -> String {
-    let printed = intervals.iter().take(INTERVALS);
+    let printed = intervals.iter().take(LEFT_OUT_SHOWN);
     let printed: Vec<String> = printed
         .map(|(run, from_s, to_s)| format!("{} to {} s of {run}", three(*from_s), three(*to_s)))
         .collect();
-    let more = match intervals.len().saturating_sub(INTERVALS) {
+    let more = match intervals.len().saturating_sub(LEFT_OUT_SHOWN) {
         0 => String::new(),
         more => format!(" ({more} more: motorlab check --verbose)"),
     };

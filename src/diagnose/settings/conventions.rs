@@ -43,6 +43,8 @@ pub(crate) const LEAST_PRINTED: f64 = 1e-3;
 /// Least share of a listed time interval, and the most intervals.
 pub(crate) const LEAST_REGION: f64 = 0.02;
 pub(crate) const MOST_REGIONS: usize = 16;
+/// Intervals of omitted samples in a sentence.
+pub(crate) const LEFT_OUT_SHOWN: usize = 3;
 /// Screened sets in the table of `--explain`.
 pub(crate) const SCREENED_SHOWN: usize = 8;
 /// Longest command line printed in full, in characters: three lines of a terminal.

@@ -1,12 +1,10 @@
-"""Detection as fault diagnosis competitions count it, over the benches of tests/thorough/score, table b."""
+"""Detection as fault diagnosis competitions count it, over the published breadth set: docs/blind."""
 import json
 import math
-import subprocess
 import sys
 from pathlib import Path
 
 import page
-from recordings import ROOT
 
 QUIET = ("no_gap", "parameters", "none")
 # Counts that an effect leaves beyond re-identified parameters, from which it is said to show.
@@ -31,22 +29,37 @@ def figures(cases):
     return len(detected), len(cases), mean
 
 
-def part(motorlab, scored, work):
-    """Of a document that `tests/thorough/score --json` wrote, else of one that is made here."""
-    out = Path(scored) if scored else work / "score.json"
-    if not scored:
-        asked = [sys.executable, ROOT / "tests" / "thorough" / "score", "--program", motorlab, "--table", "b", "--jobs", "1", "--json", out]
-        subprocess.run(asked, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    cases = json.loads(out.read_text())["cases"]["b"]
+def inclusions(verdict, there):
+    """Of each effect that is there, its inclusion probability."""
+    causes = {cause["effect"]: cause["inclusion"] for cause in verdict["diagnosis"].get("causes", [])}
+    return [(causes.get(effect, 0.0), True) for effect in there]
+
+
+def benches(folder):
+    """Of what tests/blind/publish --breadth wrote there."""
+    cases = []
+    for case in json.loads((folder / "score.json").read_text())["cases"]:
+        verdict = json.loads((folder / "set" / "verdicts" / f"{case['case']}.json").read_text())
+        there = [effect["id"] for effect in case["truth"]["effects"]]
+        pairs = inclusions(verdict, there) if "diagnosis" in verdict else []
+        cases.append({"verdict": case["verdict"], "pairs": pairs, "effects": len(there)} | {key: case["truth"][key] for key in ("kind", "beyond_refit_counts")})
+    return cases
+
+
+def part(_, blind, __):
+    """Of the folder that `tests/blind/publish --breadth` filled."""
+    if blind is None:
+        sys.exit("the part detection needs the published breadth set; hint: --blind DIR, which tests/blind/publish --breadth DIR filled")
+    cases = benches(Path(blind))
     perfect = [case for case in cases if case["kind"] == "none"]
     of_catalogue = [case for case in cases if case["kind"] not in ("none", "outside")]
     shows = [case for case in of_catalogue if case["beyond_refit_counts"] >= SHOWS]
-    single = [case for case in shows if case["kind"] == "single"]
+    single = [case for case in shows if case["effects"] == 1]
     outside = [case for case in cases if case["kind"] == "outside"]
     text = [
         "## detection", "",
-        f"The three figures of a fault diagnosis competition, over {len(cases)} simulated benches of many kinds (`tests/thorough/score`, table b; a tuning",
-        "seed). An effect is detected where the verdict is neither `no_gap` nor `parameters`. The last column is the mean inclusion probability of the",
+        f"The three figures of a fault diagnosis competition, over the {len(cases)} simulated benches of [docs/blind](../blind/README.md), whose seed",
+        "was drawn once. An effect is detected where the verdict is neither `no_gap` nor `parameters`. The last column is the mean inclusion probability of the",
         f"true effects once something is detected. An effect shows where it leaves {SHOWS:.0f} counts or more beyond re-identified parameters.", "",
         "| benches | detected | share | mean probability of the true effects once detected |", "| --- | --- | --- | --- |",
     ]  # fmt: skip

@@ -1,6 +1,6 @@
 """Makes docs/peers: motorlab and other tools on the same files.
 
-    tests/thorough/peers/run [--only PART]... [--bin MOTORLAB] [--score FILE]
+    tests/thorough/peers/run [--only PART]... [--bin MOTORLAB] [--blind DIR]
 
 The recordings are looked for in ../shared/real beside the working copy, or where MOTORLAB_REAL says. `--only` measures parts again, such as
 a set; the others stay as they were.
@@ -35,7 +35,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", action="append")
     parser.add_argument("--bin")
-    parser.add_argument("--score", help="what tests/thorough/score --json wrote, for the part detection")
+    parser.add_argument("--blind", metavar="DIR", help="the folder that tests/blind/publish --breadth filled, for the part detection")
     given = parser.parse_args()
     every = {one["name"]: one for one in sets()}
     if unknown := set(given.only or ()) - set(PARTS):
@@ -46,7 +46,7 @@ def main():
     OUT.mkdir(exist_ok=True)
     for part in given.only or PARTS:
         with tempfile.TemporaryDirectory() as work:
-            text, *rest = PARTS[part](motorlab, given.score if part == "detection" else every.get(part), Path(work))
+            text, *rest = PARTS[part](motorlab, given.blind if part == "detection" else every.get(part), Path(work))
         page.keep(OUT, part, text, *rest)
         print(text, flush=True)
     page.write(OUT, PARTS)
