@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use motorlab::check::{Finding, check, check_training, is_fatal};
 use motorlab::compare::{Comparison, Overlay, compare as compared};
 use motorlab::diagnose::{
-    BadRecording, NominalSource, Options, Role, RunFacts, Settings, WithRuns, diagnose as diagnosed,
-    nominal_fit,
+    BadRecording, NominalSource, Options, Role, RunFacts, Settings, WithRuns,
+    diagnose as diagnosed, nominal_fit,
 };
 use motorlab::motor::{Model, Motor};
 use motorlab::recording::{Run, read_run_from};
