@@ -170,17 +170,18 @@ impl Tally {
     }
 }
 
-/// Samples from the first command to the first motion: a shaft that is delayed by most of a level turns against the
-/// command most of the time.
+/// Samples from the first command to the first motion where that agrees with it, else 0: a shaft that is delayed by most
+/// of a level turns against the command most of the time.
 fn delay(subject: &Subject<'_>) -> usize {
     let run = subject.run;
     let is_moved = |counts: &i64| counts.abs_diff(run.counts[0]) > DITHER_COUNTS;
     let commanded = run.command.iter().position(|command| *command != 0.0);
     let moved = run.counts.iter().position(is_moved);
-    let samples = commanded
-        .zip(moved)
-        .map(|(from, to)| to.saturating_sub(from));
-    samples.unwrap_or(0)
+    let (Some(from), Some(to)) = (commanded, moved) else {
+        return 0;
+    };
+    let is_along = (run.counts[to] > run.counts[0]) == (run.command[from] > 0.0);
+    if is_along { to.saturating_sub(from) } else { 0 }
 }
 
 /// The last sample in which a shaft that turns from the beginning is braked: until then its inertia turns it against
