@@ -11,8 +11,6 @@ use super::too_short::FEWEST_SAMPLES;
 
 /// Least counts under a command: quantization and one count of dither are then at most 5 % of them.
 const FEWEST_COUNTS: f64 = 20.0;
-/// Most counts of dither at rest.
-const DITHER_COUNTS: u64 = 1;
 /// Least share of the counts under a command that have the opposite sign. A load that drives the shaft half of the
 /// time (an arm that is lifted and lowered) gives 0; delay, coasting and reversals reduce the share of a correct
 /// wiring, but not below 0.
@@ -174,7 +172,7 @@ impl Tally {
 /// of a level turns against the command most of the time.
 fn delay(subject: &Subject<'_>) -> usize {
     let run = subject.run;
-    let is_moved = |counts: &i64| counts.abs_diff(run.counts[0]) > DITHER_COUNTS;
+    let is_moved = |counts: &i64| counts.abs_diff(run.counts[0]) as f64 >= FEWEST_COUNTS;
     let commanded = run.command.iter().position(|command| *command != 0.0);
     let moved = run.counts.iter().position(is_moved);
     let (Some(from), Some(to)) = (commanded, moved) else {
