@@ -194,7 +194,7 @@ def part(program, _, work):
         f"{MOTORS:,} motors with parameters drawn within {100 * SPREAD:.0f} %, first order with Coulomb friction, {DURATION_S:.0f} s of five voltage levels,",
         f"a sample every 3 ms. Slow tools simulate {FEW} of them. The error is the largest of the angle over {FEW} motors, against integration from stop to",
         "stop to tolerances of 1e-11 (DOP853 with events). Processor time is of one run, with everything a call does.",
-        "From Rust, without process or file, the figures are those of [the simulation](../method/simulation.md).", "",
+        "From Rust the same call for 1,000 motors reaches 87 million samples per second of processor time, 0.019 ms for 5 s of a motor; from Python 60 million ([the simulation](../method/simulation.md)).", "",
         "| tool | how | motors | processor time (s) | per motor (ms) | largest error (mrad) |", "| --- | --- | --- | --- | --- | --- |",
     ]  # fmt: skip
     for name, how, count, cpu_s, off in rows:
