@@ -29,8 +29,8 @@ use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
 use super::settings::solver::{
-    DERIVED_SEARCHES, FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE,
-    SEARCH_SAMPLES, SIMPLIFIED, STARTS_PER_SET,
+    FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES,
+    SIMPLIFIED, STARTS_PER_SET,
 };
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
@@ -66,7 +66,7 @@ pub(crate) fn search(
     let mut pool = Pool::new(coarse, base);
     let limit_ns = time_limit_ns(segments.len);
     pool.until_ns = segments.work.nanoseconds() + limit_ns;
-    pool.derived_until_ns = pool.until_ns + DERIVED_SEARCHES * limit_ns;
+    pool.derived_until_ns = pool.until_ns + limit_ns;
     pool.judge.is_relevant = is_relevant;
     pool.judge.known_floor = match is_relevant {
         true => stated_floor,

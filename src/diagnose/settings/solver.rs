@@ -88,13 +88,11 @@ pub(crate) const LOGARITHM_WITHIN: std::ops::Range<f64> = 1e-100..1e100;
 pub(crate) const ROUNDS: usize = 5;
 /// Most simulation time of a search in ns of recordings of up to this many samples, and for each further sample, by the
 /// simulator's own estimate, which does not depend on the machine. Beyond it the best single effects of the first
-/// round, random effects, and the best set without each of its effects and with those of their classes are fitted:
-/// 3,000 rows take some 3 s of one core.
+/// round, random effects, and for as long again the best set without each of its effects and with those of their
+/// classes are fitted: 3,000 rows take some 3 s of one core.
 pub(crate) const SEARCH_NS: u64 = 800_000_000;
 pub(crate) const SEARCH_SAMPLES: usize = 3_000;
 pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 10_000_000;
-/// Times as long again for sets derived from the best by leaving out and by exchange.
-pub(crate) const DERIVED_SEARCHES: u64 = 1;
 /// Best screened effects that are fitted regardless of the time.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set.
