@@ -8,9 +8,9 @@ use super::model::{Base, predict};
 use super::noise::likeliest;
 use super::score::{likelihood_under, plant_of};
 use super::segments::Segments;
-use super::settings::solver::{BISECTIONS, RANDOM_STEP, SAME};
+use super::settings::solver::{OCTAVES, REFINED, SAME};
 
-/// A fit with maximum likelihood parameters of its random effects, each under its likeliest noise: a step search with halving.
+/// A fit with maximum likelihood parameters of its random effects, each under its likeliest noise: octaves of the range, then halving.
 pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit {
     if !fit.model.is_random() {
         return fit;
@@ -33,21 +33,23 @@ pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit 
     let mut x = fit.x.clone();
     let mut least = cost_at(&x);
     for k in fit.model.random() {
-        let parameter = &fit.model.parameters[k];
-        let mut step = RANDOM_STEP * (parameter.hi - parameter.lo);
-        for _ in 0..BISECTIONS {
-            let moved = [-step, step].map(|by| {
-                let mut moved = x.clone();
-                moved[k] = (x[k] + by).clamp(parameter.lo, parameter.hi);
-                (cost_at(&moved), moved)
-            });
-            let [below, above] = moved;
-            let (cost, moved) = if below.0 < above.0 { below } else { above };
+        let (lo, hi) = (fit.model.parameters[k].lo, fit.model.parameters[k].hi);
+        let mut try_at = |value: f64, x: &mut Vec<f64>| {
+            let mut moved = x.clone();
+            moved[k] = value.clamp(lo, hi);
+            let cost = cost_at(&moved);
             if cost < least - SAME {
-                (least, x) = (cost, moved);
-            } else {
-                step *= 0.5;
+                (least, *x) = (cost, moved);
             }
+        };
+        // A spread or a probability is known to a factor at first.
+        (0..OCTAVES).for_each(|octave| try_at(lo + (hi - lo) * 0.5f64.powi(octave), &mut x));
+        let mut step = 0.5 * (x[k] - lo);
+        for _ in 0..REFINED {
+            step *= 0.5;
+            let value = x[k];
+            try_at(value - step, &mut x);
+            try_at(value + step, &mut x);
         }
     }
     if x == fit.x {

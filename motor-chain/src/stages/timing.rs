@@ -41,7 +41,7 @@ impl Effect for SampleJitter {
         parameters: &[EffectParameter::new(
             "spread_s",
             "s",
-            (0.05, 1.0),
+            (0.005, 1.0),
             Scale::SampleTime,
             Prior::LogUniform,
         )],

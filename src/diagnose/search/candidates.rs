@@ -119,7 +119,7 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
         || (is_by_direction(kind.id) && !turns_both_ways(segments, base.settings.unexplained_share))
         || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
         || (base.is_host_timed && is_timed)
-        || (is_integrated && kind.id == ids::MISSED_COUNTS);
+        || (is_integrated && kind.random);
     !is_excluded
 }
 

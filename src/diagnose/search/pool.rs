@@ -127,7 +127,7 @@ impl<'a> Pool<'a> {
         let begun = Fit::at(self.segments, model, start)?;
         let begun = random::with_likeliest(self.segments, self.base, begun);
         let own = likelihood(self.segments, self.base, &begun);
-        self.whitened_from(begun, own)
+        self.no_worse_than_smaller(self.whitened_from(begun, own)?)
     }
 
     fn fitted_from(

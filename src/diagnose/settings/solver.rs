@@ -75,8 +75,9 @@ pub(crate) const LEAST_LOAD: f64 = 0.01;
 pub(crate) const LOAD_FACTORS: [f64; 4] = [0.5, 0.7, 1.4, 2.0];
 /// Simulated recordings for the error due to random effects.
 pub(crate) const RECORDINGS: usize = 32;
-/// First step of a random effect's parameter, as a share of its range.
-pub(crate) const RANDOM_STEP: f64 = 0.25;
+/// Octaves of its range at which a random effect's parameter is tried, and halvings of the step from the best of them.
+pub(crate) const OCTAVES: i32 = 10;
+pub(crate) const REFINED: usize = 4;
 /// Noise of logged speeds, in halvings of the top speed: from a sixteenth to a resolution of ten bits.
 pub(crate) const SCATTER_LEVELS: std::ops::RangeInclusive<i32> = 4..=10;
 
