@@ -9,7 +9,7 @@ use super::model::{Base, Member, Model};
 use super::search::Found;
 use super::segments::Segments;
 use super::settings::solver::{CONVERGED, WITHIN_OPTIMUM};
-use crate::motor::catalogue::ids;
+use crate::motor::catalogue::{catalogue, ids};
 use crate::motor::fit::ParameterId;
 
 #[derive(Debug, Clone)]
@@ -102,6 +102,8 @@ fn extended(
     let model = Model::new(base, members);
     let ids = model.ids();
     let mut starts = vec![model.start_from(&before.model, &before.x)];
+    starts
+        .extend(neutral(base, &model).map(|without| without.start_from(&before.model, &before.x)));
     // Lost edges: the same counts for a motor that is faster by their share.
     let motor = model.motor(&starts[0]);
     let lost = ParameterId::effect(ids::MISSED_COUNTS, "probability").and_then(|id| id.get(&motor));
@@ -121,6 +123,15 @@ fn extended(
     let fitted = least_squares(segments, &model, &starts);
     let smaller = |a: &Fit, b: &Fit| a.square_sum().total_cmp(&b.square_sum());
     same.into_iter().chain(fitted).min_by(smaller)
+}
+
+/// The model with its last effect where it changes nothing: a start from which the error is that of the step before.
+fn neutral(base: &Base, model: &Model) -> Option<Model> {
+    let mut members = model.members.clone();
+    let last = members.last_mut()?;
+    let parameter = catalogue()[last.index].parameters.first()?;
+    *last.values.first_mut()? = parameter.neutral(&base.motor.parameters)?.0;
+    Some(Model::new(base, members))
 }
 
 /// An effect with the values of the best set that contains it, discrete values included.

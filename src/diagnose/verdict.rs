@@ -93,9 +93,9 @@ pub(crate) fn joint(sets: &[Weighed], identified: &[Identified]) -> f64 {
     )
 }
 
-/// Shares of the nominal reducible squared error, held out.
+/// What a verdict follows from. Shares are of the nominal reducible squared error, held out.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct BudgetShares {
+pub(crate) struct Evidence<'a> {
     /// Whether the nominal model is within the noise floor.
     pub is_nominal_at_floor: bool,
     /// Removed by re-identified parameters.
@@ -104,42 +104,73 @@ pub(crate) struct BudgetShares {
     pub beyond_parameters: f64,
     /// Left; 0 within the noise floor.
     pub unexplained: f64,
+    pub identified: &'a [Identified],
+    /// Probability that no effect is present.
+    pub none: f64,
+    /// Of a comparison with reference runs, whether re-identified parameters leave no more than the reference leaves in its own runs.
+    pub is_as_reference: Option<bool>,
 }
 
-/// The verdict of a budget, the identified effects and the probability that no effect is present.
-pub(crate) fn verdict(
-    budget: &BudgetShares,
-    identified: &[Identified],
-    none: f64,
-    settings: &Settings,
-) -> Verdict {
-    if budget.is_nominal_at_floor {
+/// The verdict on runs without a fatal finding (contract).
+pub(crate) fn verdict(evidence: &Evidence, settings: &Settings) -> Verdict {
+    let Evidence { none, .. } = *evidence;
+    let verdict = verdict_of_runs(evidence, settings);
+    let Some(is_as_reference) = evidence.is_as_reference else {
+        return verdict;
+    };
+    match verdict {
+        Verdict::Parameters if none < settings.identified => Verdict::Ambiguous,
+        Verdict::NoGap | Verdict::Parameters => Verdict::NoChange,
+        // Error that is unexplained in the reference runs is no change either.
+        Verdict::OutsideCatalogue if none >= settings.confident || is_as_reference => {
+            Verdict::NoChange
+        }
+        other => other,
+    }
+}
+
+fn verdict_of_runs(evidence: &Evidence, settings: &Settings) -> Verdict {
+    if evidence.is_nominal_at_floor {
         return Verdict::NoGap;
     }
-    if !identified.is_empty() {
-        return match budget.unexplained < settings.unexplained_share {
+    if !evidence.identified.is_empty() {
+        return match evidence.unexplained < settings.unexplained_share {
             true => Verdict::Effect,
             false => Verdict::Partial,
         };
     }
     // The residual of re-identified parameters is as small as that of an identified effect may be.
-    if budget.beyond_parameters < settings.unexplained_share && budget.parameters > 0.0 {
+    let is_little_left = evidence.beyond_parameters < settings.unexplained_share;
+    if is_little_left && evidence.parameters > 0.0 {
         return Verdict::Parameters;
     }
-    if none < settings.identified {
+    if evidence.none < settings.identified {
         return Verdict::Ambiguous;
     }
-    match budget.unexplained <= settings.parameters_share {
+    match evidence.unexplained <= settings.parameters_share {
         true => Verdict::Parameters,
         false => Verdict::OutsideCatalogue,
     }
 }
 
-/// The last of some effects that does not reduce the held-out error of the model that it extends materially: of each the share that it
-/// removes and the share that was left before it. Held-out data choose nothing, but such an effect is no cause of their error.
-pub(crate) fn immaterial(effects: &[(f64, f64)], settings: &Settings) -> Option<usize> {
-    let is_immaterial =
-        |(removed, left): &(f64, f64)| removed <= &(settings.unexplained_share * left);
+/// The probability of what a verdict says (contract): that the identified effects are present, that any is, or that none is.
+pub(crate) fn probability(
+    verdict: Verdict,
+    sets: &[Weighed],
+    identified: &[Identified],
+    none: f64,
+) -> f64 {
+    match verdict {
+        Verdict::Effect | Verdict::Partial => joint(sets, identified),
+        Verdict::Ambiguous => 1.0 - none,
+        _ => none,
+    }
+}
+
+/// The last of some effects that removes no more than this share of the held-out error that is left before it: of each the share that it
+/// removes and the share that was left before it.
+pub(crate) fn immaterial(effects: &[(f64, f64)], least: f64) -> Option<usize> {
+    let is_immaterial = |(removed, left): &(f64, f64)| *removed <= least * left;
     effects.iter().rposition(is_immaterial)
 }
 
@@ -178,27 +209,66 @@ mod tests {
             class: None,
             probability: 0.9,
         }];
-        let shares = |parameters: f64, effects: f64| BudgetShares {
+        let shares = |parameters: f64, effects: f64| Evidence {
             is_nominal_at_floor: false,
             parameters,
             beyond_parameters: 1.0 - parameters,
             unexplained: 1.0 - parameters - effects,
+            identified: &[],
+            none: 0.0,
+            is_as_reference: None,
         };
-        let at_floor = BudgetShares {
+        let at_floor = Evidence {
             is_nominal_at_floor: true,
             ..shares(0.0, 0.0)
         };
+        let (outside, changed) = (Verdict::OutsideCatalogue, Verdict::Ambiguous);
+        // The verdict of runs alone, beside a reference that leaves as much, and beside one that leaves less.
         for (budget, identified, none, expected) in [
-            (at_floor, &named[..], 0.0, Verdict::NoGap),
-            (shares(0.3, 0.65), &named, 0.1, Verdict::Effect),
-            (shares(0.3, 0.5), &named, 0.1, Verdict::Partial),
-            (shares(0.95, 0.0), &[], 0.9, Verdict::Parameters),
-            (shares(0.2, 0.0), &[], 0.9, Verdict::OutsideCatalogue),
-            (shares(0.2, 0.0), &[], 0.2, Verdict::Ambiguous),
-            (shares(0.85, 0.0), &[], 0.2, Verdict::Ambiguous),
-            (shares(0.95, 0.0), &[], 0.2, Verdict::Parameters),
+            (
+                at_floor,
+                &named[..],
+                0.0,
+                [Verdict::NoGap, Verdict::NoChange, Verdict::NoChange],
+            ),
+            (shares(0.3, 0.65), &named, 0.1, [Verdict::Effect; 3]),
+            (shares(0.3, 0.5), &named, 0.1, [Verdict::Partial; 3]),
+            (
+                shares(0.95, 0.0),
+                &[],
+                0.9,
+                [Verdict::Parameters, Verdict::NoChange, Verdict::NoChange],
+            ),
+            (
+                shares(0.2, 0.0),
+                &[],
+                0.9,
+                [outside, Verdict::NoChange, Verdict::NoChange],
+            ),
+            (
+                shares(0.2, 0.0),
+                &[],
+                0.6,
+                [outside, Verdict::NoChange, outside],
+            ),
+            (shares(0.2, 0.0), &[], 0.2, [Verdict::Ambiguous; 3]),
+            (shares(0.85, 0.0), &[], 0.2, [Verdict::Ambiguous; 3]),
+            (
+                shares(0.95, 0.0),
+                &[],
+                0.2,
+                [Verdict::Parameters, changed, changed],
+            ),
         ] {
-            let found = verdict(&budget, identified, none, &settings);
+            let found = [None, Some(true), Some(false)].map(|is_as_reference| {
+                let evidence = Evidence {
+                    identified,
+                    none,
+                    is_as_reference,
+                    ..budget
+                };
+                verdict(&evidence, &settings)
+            });
             assert_eq!(found, expected, "{budget:?} {none}");
         }
     }
@@ -206,12 +276,12 @@ mod tests {
     /// By hand: of 0.3 that is left the second effect removes 0.02, which is less than a tenth.
     #[test]
     fn an_effect_that_removes_less_than_a_tenth_of_what_is_left_is_immaterial() {
-        let settings = Settings::default();
-        let found = |effects: &[(f64, f64)]| immaterial(effects, &settings);
-        assert_eq!(found(&[(0.5, 0.8), (0.02, 0.3)]), Some(1));
-        assert_eq!(found(&[(-0.1, 0.8), (0.2, 0.9)]), Some(0));
-        assert_eq!(found(&[(0.5, 0.8), (0.25, 0.3)]), None);
-        assert_eq!(found(&[]), None);
+        assert_eq!(immaterial(&[(0.5, 0.8), (0.02, 0.3)], 0.1), Some(1));
+        assert_eq!(immaterial(&[(-0.1, 0.8), (0.2, 0.9)], 0.1), Some(0));
+        assert_eq!(immaterial(&[(0.5, 0.8), (0.25, 0.3)], 0.1), None);
+        assert_eq!(immaterial(&[(0.5, 0.8), (0.02, 0.3)], 0.0), None);
+        assert_eq!(immaterial(&[(-0.1, 0.8), (0.02, 0.9)], 0.0), Some(0));
+        assert_eq!(immaterial(&[], 0.1), None);
     }
 
     /// By hand: with 100 observations a mean square is known to 1.645 sqrt(2/100) = 23 %.

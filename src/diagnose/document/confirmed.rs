@@ -1,8 +1,8 @@
 //! The identified effects that the held-out error confirms, their nested models and noise floors.
 //!
 //! In: the identified effects, the search, held-out segments if there are any. Out: [`Confirmed`]. An effect is dropped
-//! that the reported fits do not reach, that has a parameter at a bound there, that removes less than an immaterial
-//! share of the held-out error, or that adds to it.
+//! that the reported fits do not reach, that has a parameter at a bound there, that adds to the held-out error, or that
+//! removes too little of it.
 
 use super::causes::at_bound;
 use crate::diagnose::budget::{Shares, cross_validated};
@@ -66,14 +66,11 @@ pub(super) fn confirmed(
         let errors = errors(data, &steps)?;
         let judged_on = data.judged_on.unwrap_or(data.segments);
         let n_eff = effective_observations(judged_on, &errors[0]);
-        let floors = Floors::new(data, &steps, &errors, true);
-        let Some(k) = unconfirmed(data, &steps, &errors, &floors, n_eff) else {
-            // Without a probable effect the error by a random load is not reducible. Beside one, a law that is not
-            // modelled may be a part of it, and stays visible.
-            let floors = match named.is_empty() && none >= settings.identified {
-                true => floors,
-                false => Floors::new(data, &steps, &errors, false),
-            };
+        // Without a probable effect the error by a random load is not reducible. Beside one, a law that is not modelled
+        // may be a part of it, and stays visible.
+        let has_load = named.is_empty() && none >= settings.identified;
+        let floors = Floors::new(data, &steps, &errors, has_load);
+        let Some(k) = unconfirmed(data, &errors, &floors, n_eff) else {
             return Some(Confirmed {
                 steps,
                 errors,
@@ -88,30 +85,23 @@ pub(super) fn confirmed(
     }
 }
 
-/// The last effect that removes less than an immaterial share of the held-out error left before it, or that adds to it
-/// by more than its sampling error; on held-out runs also one that does not reduce it.
-fn unconfirmed(
-    data: &Data,
-    steps: &[Step],
-    errors: &[Vec<f64>],
-    floors: &Floors,
-    n_eff: f64,
-) -> Option<usize> {
+/// The last effect that adds to the held-out error by more than its sampling error, or that removes too little of what
+/// is left before it: nothing of that of held-out runs, or less than an immaterial share where the scale-free score
+/// judges, whose error is not noise.
+fn unconfirmed(data: &Data, errors: &[Vec<f64>], floors: &Floors, n_eff: f64) -> Option<usize> {
     let settings = &data.base.settings;
     let shares = &floors.shares;
     let effects: Vec<(f64, f64)> = (2..errors.len())
         .map(|m| (shares.between(m - 1, m).0, shares.left(m - 1).0))
         .collect();
     let is_above_floor = data.found.judge.is_relevant && shares.left(errors.len() - 1).1 > 0.0;
-    let removes_little = immaterial(&effects, settings).filter(|_| is_above_floor);
-    let removes_nothing = || {
-        let shares = Floors::new(data, steps, errors, false).shares;
-        let does_not = |m: usize| shares.between(m - 1, m).0 <= 0.0;
-        (2..errors.len()).rposition(does_not)
+    let least = match (data.found.judge.is_likelihood, data.has_held_out_runs) {
+        (false, _) if is_above_floor => Some(settings.unexplained_share),
+        (_, true) => Some(0.0),
+        _ => None,
     };
     let squares: Vec<f64> = errors.iter().map(|error| mean_square(error)).collect();
-    removes_little
-        .or_else(|| data.has_held_out_runs.then(removes_nothing).flatten())
+    (least.and_then(|least| immaterial(&effects, least)))
         .or_else(|| adds_error(&squares, &floors.counts, n_eff, settings))
 }
 

@@ -22,7 +22,7 @@ use super::score::likelihood;
 use super::search::Scored;
 use super::segments::{Segment, Segments};
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
-use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
+use super::verdict::{Evidence, Weighed, identified, inclusion, probability, verdict};
 use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
 use crate::recording::Run;
@@ -92,7 +92,7 @@ pub(super) fn document(
     // The relevance test is of the fitted error, to which cross-validation adds only the uncertainty of the parameters.
     let is_settled_at_floor =
         shares.left(last).1 <= 0.0 || (!found.judge.is_relevant && held.is_none());
-    let budget_shares = BudgetShares {
+    let evidence = Evidence {
         is_nominal_at_floor: is_within(0, floors[0] * floors[0]),
         parameters: shares.between(0, 1).0,
         beyond_parameters: shares.left(1).0,
@@ -101,27 +101,13 @@ pub(super) fn document(
         } else {
             shares.left(last).0
         },
+        identified: &named,
+        none,
+        is_as_reference: (base.reference.as_ref()).map(|then| is_within(1, then.mean_square)),
     };
-    let mut verdict = verdict(&budget_shares, &named, none, settings);
+    let verdict = verdict(&evidence, settings);
     let is_named = matches!(verdict, Verdict::Effect | Verdict::Partial);
-    if let Some(then) = &base.reference {
-        verdict = match verdict {
-            Verdict::Parameters if none < settings.identified => Verdict::Ambiguous,
-            Verdict::NoGap | Verdict::Parameters => Verdict::NoChange,
-            // Error that is unexplained in the reference runs is no change either.
-            Verdict::OutsideCatalogue
-                if none >= settings.confident || is_within(1, then.mean_square) =>
-            {
-                Verdict::NoChange
-            }
-            other => other,
-        };
-    }
-    let probability = match verdict {
-        Verdict::Effect | Verdict::Partial => joint(&weighed, &named),
-        Verdict::Ambiguous => 1.0 - none,
-        _ => none,
-    };
+    let probability = probability(verdict, &weighed, &named, none);
     let best = &steps[last].fit;
     // The step whose motor is reported.
     let shown = match verdict {
