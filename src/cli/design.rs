@@ -14,7 +14,7 @@ use super::progress::{set_share, spinner};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
-use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolability};
+use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, Settings, isolability};
 use crate::plain::{quoted, shown};
 use crate::report::diagnosis::hypotheses;
 use crate::report::isolability::{CLEAR, page};
@@ -102,7 +102,9 @@ impl Design {
         };
         let spinner = spinner();
         spinner.set_message("simulating every effect on the profile");
-        let found = isolability(&motor, &plan, &|share| set_share(&spinner, share));
+        let found = isolability(&motor, &plan, &Settings::default(), &|share| {
+            set_share(&spinner, share);
+        });
         spinner.finish_and_clear();
         let found = found.ok_or_else(|| {
             Failure::wrong(

@@ -141,10 +141,10 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
         cause_words(cause.effect),
         cause.stage
     );
-    if let Some(class) = class_of_cause(cause) {
+    if let Some(class) = class_of_cause(cause, &diagnosis.settings) {
         line.push_str(&format!("; {class}"));
     }
-    if let Some(reason) = cause.not_identified() {
+    if let Some(reason) = cause.not_identified(&diagnosis.settings) {
         line.push_str(&format!("; not identified: {reason}"));
     }
     output.line(&line)?;

@@ -9,7 +9,7 @@ use super::Progress;
 use super::outcome::Outcome;
 use crate::check::{Finding, Severity, check, is_fatal};
 use crate::compare::compare;
-use crate::diagnose::{Diagnosis, NominalSource, Options, Settings, diagnose, nominal_fit};
+use crate::diagnose::{Diagnosis, NominalSource, Options, diagnose, nominal_fit};
 use crate::hint::on_one_line;
 use crate::motor::{Model, Motor};
 use crate::recording::Run;
@@ -266,29 +266,28 @@ impl Work<'_> {
             return Err("the recordings contradict each other; see motorlab check".to_owned());
         }
         let mut motor = self.motor.clone();
-        let mut nominal_source = match self.is_given {
-            true => NominalSource::Given,
-            false => NominalSource::Handout,
-        };
-        if !self.is_given && runs.iter().any(Run::is_foreign) {
-            let fit = nominal_fit(runs, &motor, &Settings::default())
-                .map_err(|why| on_one_line(&why.to_string()))?;
-            if !fit.is_given {
-                nominal_source = NominalSource::Fit;
-            }
-            motor = fit.motor;
-        }
         let own: usize = runs.iter().map(Run::len).sum();
         let done = |share: f64| {
             let samples = self.done as f64 + share * own as f64;
             (self.progress.done)(0.5 * samples / self.samples as f64);
         };
-        let options = Options {
-            nominal_source,
+        let mut options = Options {
+            nominal_source: match self.is_given {
+                true => NominalSource::Given,
+                false => NominalSource::Handout,
+            },
             progress: &self.progress.doing,
             done: &done,
             ..Options::default()
         };
+        if !self.is_given && runs.iter().any(Run::is_foreign) {
+            let fit = nominal_fit(runs, &motor, &options.settings)
+                .map_err(|why| on_one_line(&why.to_string()))?;
+            if !fit.is_given {
+                options.nominal_source = NominalSource::Fit;
+            }
+            motor = fit.motor;
+        }
         diagnose(runs, &motor, &options).map_err(|why| on_one_line(&why.to_string()))
     }
 }

@@ -4,9 +4,7 @@ use serde::Serialize;
 
 use super::Progress;
 use crate::check::{Finding, Severity};
-use crate::diagnose::{
-    Cause, Diagnosis, Interval, NominalSource, Options, Settings, diagnose, nominal_fit,
-};
+use crate::diagnose::{Cause, Diagnosis, Interval, NominalSource, Options, diagnose, nominal_fit};
 use crate::motor::Motor;
 use crate::recording::Run;
 use crate::report::number::figure;
@@ -43,25 +41,23 @@ impl Missing {
             );
             return (Self::Undiagnosed(why), motor);
         }
-        let mut nominal_source = NominalSource::Given;
+        let mut options = Options {
+            progress: &progress.doing,
+            done: &progress.done,
+            ..Options::default()
+        };
         if !is_described {
             (progress.doing)("fitting the nominal model");
-            let fit = match nominal_fit(runs, &motor, &Settings::default()) {
+            let fit = match nominal_fit(runs, &motor, &options.settings) {
                 Ok(fit) => fit,
                 Err(why) => return (Self::Undiagnosed(why.to_string()), motor),
             };
-            nominal_source = match fit.is_given {
+            options.nominal_source = match fit.is_given {
                 true => NominalSource::Handout,
                 false => NominalSource::Fit,
             };
             motor = fit.motor;
         }
-        let options = Options {
-            nominal_source,
-            progress: &progress.doing,
-            done: &progress.done,
-            ..Options::default()
-        };
         let found = match diagnose(runs, &motor, &options) {
             Ok(diagnosis) => Self::Diagnosed(Box::new(diagnosis)),
             Err(why) => Self::Undiagnosed(why.to_string()),

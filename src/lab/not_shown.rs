@@ -43,7 +43,7 @@ pub fn not_shown(
         .chain(of_classes)
         .copied()
         .collect();
-    (beyond_parameters(motor, runs, done).into_iter())
+    (beyond_parameters(motor, runs, &diagnosis.settings, done).into_iter())
         .filter(|one| one.rms_counts < RELIED_ON_FROM && !named.contains(&one.effect))
         .map(|one| NotShown {
             effect: one.effect,

@@ -86,7 +86,11 @@ fn sentence_page_and_document_state_that_the_answer_is_quick() {
     );
     let document: serde_json::Value = serde_json::from_str(&done.output).expect("a document");
     let samples = document["quick"]["samples"].as_u64().expect("a number");
-    let said = format!("Quick answer: {samples} of 3001 samples");
+    let share = document["quick"]["share"].as_f64().expect("a number");
+    let said = format!(
+        "Quick answer: {samples} of 3001 samples ({:.0} %)",
+        100.0 * share
+    );
     assert!(
         document["sentence"]
             .as_str()

@@ -40,12 +40,17 @@ pub(super) enum Next {
 
 /// Whether the cause is known: a closed verdict with enough probability, and no proposed recording that would
 /// separate the remaining effects.
-pub(super) fn is_known(verdict: Verdict, probability: f64, is_more_proposed: bool) -> bool {
+pub(super) fn is_known(
+    verdict: Verdict,
+    probability: f64,
+    is_more_proposed: bool,
+    settings: &Settings,
+) -> bool {
     let is_closed = matches!(
         verdict,
         Verdict::Effect | Verdict::NoGap | Verdict::Parameters | Verdict::NoChange
     );
-    is_closed && !is_more_proposed && probability >= Settings::default().confident
+    is_closed && !is_more_proposed && probability >= settings.confident
 }
 
 /// Next step; `recorded` are the plans so far, `can_change` whether the bench changes itself, as a virtual one does.
@@ -54,6 +59,7 @@ pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Ne
         found.verdict,
         found.probability,
         found.next_experiment.is_some(),
+        &found.settings,
     ) {
         return Next::Nothing;
     }
@@ -109,7 +115,11 @@ mod tests {
 
     #[test]
     fn only_a_confident_verdict_without_open_alternatives_is_known() {
-        let confident = Settings::default().confident;
+        let settings = Settings::default();
+        let confident = settings.confident;
+        let is_known = |verdict, probability, is_more_proposed| {
+            is_known(verdict, probability, is_more_proposed, &settings)
+        };
         for closed in [
             Verdict::Effect,
             Verdict::NoGap,

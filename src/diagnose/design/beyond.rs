@@ -29,15 +29,19 @@ pub struct Beyond {
 
 /// For each effect that the motor file lacks and that can be simulated, in the order of the catalogue. `done`
 /// receives the finished share.
-pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync)) -> Vec<Beyond> {
-    let settings = Settings::default();
+pub fn beyond_parameters(
+    motor: &Motor,
+    runs: &[Run],
+    settings: &Settings,
+    done: &(dyn Fn(f64) + Sync),
+) -> Vec<Beyond> {
     let lacking = |kind: &&EffectKind| motor.effects.get(kind.id).is_none();
     let kinds: Vec<&EffectKind> = catalogue().iter().filter(lacking).collect();
     let made = AtomicUsize::new(0);
     kinds
         .par_iter()
         .map(|kind| {
-            let rms_counts = residual(motor, kind, runs, &settings)?;
+            let rms_counts = residual(motor, kind, runs, settings)?;
             let effect = kind.id;
             Some(Beyond { effect, rms_counts })
         })
@@ -108,7 +112,7 @@ mod tests {
             t_s,
             ..Run::default()
         };
-        let found = beyond_parameters(&motor, &[run], &|_| ());
+        let found = beyond_parameters(&motor, &[run], &Settings::default(), &|_| ());
         assert_eq!(found.len(), catalogue().len());
         let of = |effect: &str| {
             let of = found.iter().find(|one| one.effect == effect);

@@ -84,16 +84,20 @@ pub(super) fn base_of(motor: &Motor, sample_time_s: f64, settings: &Settings) ->
 
 /// The isolability matrix of a plan for a motor; `None` if the motor cannot be simulated with it. `done` receives the
 /// share of finished simulations.
-pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> Option<Isolability> {
-    let settings = Settings::default();
-    let base = base_of(motor, plan.sample_time_s, &settings);
+pub fn isolability(
+    motor: &Motor,
+    plan: &Plan,
+    settings: &Settings,
+    done: &(dyn Fn(f64) + Sync),
+) -> Option<Isolability> {
+    let base = base_of(motor, plan.sample_time_s, settings);
     let at = Sampling {
         sample_time_s: plan.sample_time_s,
         samples: (plan.duration_s / plan.sample_time_s).round().max(1.0) as usize,
         counts_per_rev: motor.parameters.counts_per_rev,
         supply_v: motor.parameters.supply_v,
     };
-    let errors = Errors::Noise(Noise::of_a_clean_bench(&settings));
+    let errors = Errors::Noise(Noise::of_a_clean_bench(settings));
     let planned = Planned::new(&base, motor, &plan.profile, at, errors, None)?;
     let none = with(&base, None);
     let mut truths = vec![none.clone()];
@@ -254,7 +258,7 @@ mod tests {
             sample_time_s,
             duration_s: 4.0,
         };
-        isolability(&Motor::default(), &plan, &|_| ()).expect("a motor")
+        isolability(&Motor::default(), &plan, &Settings::default(), &|_| ()).expect("a motor")
     }
 
     fn between(found: &Isolability, a: &str, b: &str) -> f64 {

@@ -19,8 +19,9 @@ use super::report::{
     PredictedRun, Quick, ReferenceRuns, SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::likelihood;
-use super::search::Scored;
+use super::search::Found;
 use super::segments::{Segment, Segments};
+use super::settings::Settings;
 use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{Evidence, Weighed, identified, inclusion, probability, verdict};
 use super::{Options, design, relevance, sentence};
@@ -185,20 +186,13 @@ pub(super) fn document(
         base: base_parameters(segments, base, reported),
         effects,
         unexplained,
-        quick: options.quick.then_some(Quick {
-            samples: segments.len,
-            of_samples: all.len,
-        }),
+        quick: options.quick.then(|| Quick::new(segments.len, all.len)),
         note: String::new(),
         data: Vec::new(),
         next_experiment: None,
         steps: found.steps.clone(),
-        scoring: scoring(
-            found.best(),
-            found.judge.is_likelihood,
-            found.judge.n_eff,
-            settings.learning_rate,
-        ),
+        scoring: scoring(found, segments, settings),
+        settings: *settings,
         elapsed_s: 0.0,
         simulated_samples: 0,
         reference,
@@ -209,7 +203,7 @@ pub(super) fn document(
         model,
         refitted: steps[1].fit.model.motor(&steps[1].fit.x),
     };
-    if sentence::no_recording_reason(&diagnosis, settings).is_none() {
+    if sentence::no_recording_reason(&diagnosis).is_none() {
         (options.progress)("choosing what to record next");
         (options.done)(NEXT_FROM);
         let settled = settled(&diagnosis.causes, settings);
@@ -220,10 +214,8 @@ pub(super) fn document(
         &outside(reported, settings),
         &left_out(prepared, held, options),
         options.is_doubtful,
-        segments.runs.iter().any(|run| run.is_closed_loop),
-        settings,
     );
-    diagnosis.parts = sentence::parts(&diagnosis, asked, settings);
+    diagnosis.parts = sentence::parts(&diagnosis, asked);
     let parts = diagnosis.parts.iter().filter(|part| !part.is_empty());
     diagnosis.sentence = parts.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)
@@ -347,17 +339,18 @@ fn gap(
     }
 }
 
-fn scoring(best: &Scored, is_likelihood: bool, n_eff: f64, learning_rate: f64) -> Scoring {
+fn scoring(found: &Found, segments: &Segments, settings: &Settings) -> Scoring {
+    let likelihood = &found.best().likelihood;
     Scoring {
-        score: if is_likelihood {
-            "likelihood"
-        } else {
-            "scale_free"
+        score: match found.judge.is_likelihood {
+            true => "likelihood",
+            false => "scale_free",
         },
-        effective_observations: n_eff,
-        random_load_share: best.likelihood.noise.strength,
-        whitened_squares: best.likelihood.squares,
-        learning_rate,
+        effective_observations: found.judge.n_eff,
+        random_load_share: likelihood.noise.strength,
+        whitened_squares: likelihood.squares,
+        learning_rate: settings.learning_rate,
+        closed_loop: segments.runs.iter().any(|run| run.is_closed_loop),
     }
 }
 

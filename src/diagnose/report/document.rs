@@ -130,6 +130,8 @@ pub struct Diagnosis {
     pub steps: Vec<SearchStep>,
     /// The score of sets.
     pub scoring: Scoring,
+    /// Settings of the method.
+    pub settings: Settings,
     /// Computing time in s.
     pub elapsed_s: f64,
     /// Samples simulated, a derivative counted as many again: a machine-independent cost.
@@ -181,20 +183,31 @@ impl Diagnosis {
 }
 
 /// The data of a quick answer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quick {
     /// Searched and fitted samples.
     pub samples: usize,
     /// All samples of the runs.
     pub of_samples: usize,
+    /// `samples` as a share of them.
+    pub share: f64,
 }
 
 impl Quick {
+    pub(crate) fn new(samples: usize, of_samples: usize) -> Self {
+        Self {
+            samples,
+            of_samples,
+            share: samples as f64 / of_samples.max(1) as f64,
+        }
+    }
+
     pub(crate) fn sentence(&self) -> String {
-        let share = 100.0 * self.samples as f64 / self.of_samples.max(1) as f64;
         format!(
-            "Quick answer: {} of {} samples ({share:.0} %) were used for search and fits; without --quick more are used.",
-            self.samples, self.of_samples
+            "Quick answer: {} of {} samples ({:.0} %) were used for search and fits; without --quick more are used.",
+            self.samples,
+            self.of_samples,
+            100.0 * self.share
         )
     }
 }
@@ -234,9 +247,9 @@ pub struct Cause {
 }
 
 impl Cause {
-    /// Why it is not identified although it is probable.
-    pub fn not_identified(&self) -> Option<&'static str> {
-        let is_probable = self.inclusion >= Settings::default().identified;
+    /// Why it is not identified although it is probable under the settings of its document.
+    pub fn not_identified(&self, settings: &Settings) -> Option<&'static str> {
+        let is_probable = self.inclusion >= settings.identified;
         match (self.at_bound && is_probable, self.immaterial) {
             (true, _) => Some("a parameter is at its bound"),
             (false, true) => Some(
@@ -273,6 +286,8 @@ pub struct Scoring {
     pub whitened_squares: f64,
     /// The probability of a set is proportional to `exp(learning_rate score)`.
     pub learning_rate: f64,
+    /// Whether the command of a run answers to the measured position: segments are short there.
+    pub closed_loop: bool,
 }
 
 /// Reference runs and their model.

@@ -5,19 +5,18 @@ use super::{
     name_of_cause, percent, probability, repeatability_above_error, three,
 };
 use crate::diagnose::report::{Cause, Diagnosis, EffectClass, Interval, Verdict};
-use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_BESIDE, MENTIONED_FROM, STATED};
 use crate::motor::catalogue::find;
 
-pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
+pub(super) fn cause(diagnosis: &Diagnosis) -> String {
     let p = probability(diagnosis.probability);
     let parameters = || percent(share_of(diagnosis, "parameters").max(0.0));
-    if is_undescribed(diagnosis, settings) {
+    if is_undescribed(diagnosis) {
         return "No effect that was tried describes these recordings: nearly all of the held-out error remains. The probabilities only compare the sets that were tried.".to_owned();
     }
     match diagnosis.verdict {
         Verdict::BadRecording => String::new(),
-        Verdict::NoGap if diagnosis.probability >= settings.confident => {
+        Verdict::NoGap if diagnosis.probability >= diagnosis.settings.confident => {
             format!("No effect is needed: P(no effect is present) {p}.")
         }
         Verdict::NoGap => format!(
@@ -28,7 +27,7 @@ pub(super) fn cause(diagnosis: &Diagnosis, settings: &Settings) -> String {
         Verdict::NoChange => {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
-        Verdict::Parameters if diagnosis.probability < settings.identified => format!(
+        Verdict::Parameters if diagnosis.probability < diagnosis.settings.identified => format!(
             "An effect is probably present: P(no effect is present) {p}.{} Re-identified parameters remove {} of {ABOVE_FLOOR}, probably by imitating an effect, and leave {} counts.{}",
             candidates(diagnosis),
             parameters(),
@@ -90,8 +89,8 @@ fn share_of(diagnosis: &Diagnosis, step: &str) -> f64 {
 }
 
 /// Its name and probability, and why it is not identified although probable.
-fn with_probability(cause: &Cause) -> String {
-    let reason = cause.not_identified();
+fn with_probability(diagnosis: &Diagnosis, cause: &Cause) -> String {
+    let reason = cause.not_identified(&diagnosis.settings);
     let reason = reason.map_or_else(String::new, |reason| format!(", but {reason}"));
     let p = probability(cause.inclusion);
     format!("{} (P {p}{reason})", name(cause.effect))
@@ -111,7 +110,7 @@ fn probable(diagnosis: &Diagnosis, least: f64, is_counted: impl Fn(&Cause) -> bo
 fn candidates(diagnosis: &Diagnosis) -> String {
     let found = probable(diagnosis, MENTIONED_FROM, |_| true);
     let found: Vec<String> = (found.into_iter().take(MENTIONED))
-        .map(with_probability)
+        .map(|cause| with_probability(diagnosis, cause))
         .collect();
     match found.as_slice() {
         [] => String::new(),
@@ -264,7 +263,9 @@ fn also(diagnosis: &Diagnosis) -> String {
                 .any(|class| class.members.contains(&cause.effect))
     };
     let others = probable(diagnosis, MENTIONED_BESIDE, |cause| !named(cause));
-    let others: Vec<String> = others.into_iter().map(with_probability).collect();
+    let others: Vec<String> = (others.into_iter())
+        .map(|cause| with_probability(diagnosis, cause))
+        .collect();
     match others.is_empty() {
         true => String::new(),
         false => format!(" Possible too: {}.", listed(&others, "and")),

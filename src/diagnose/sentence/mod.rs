@@ -17,17 +17,16 @@ use super::report::{
     CROSS_VALIDATION, Diagnosis, FloorParts, Gap, HELD_OUT_RUNS, NominalSource, ReferenceRuns,
     Verdict,
 };
-use super::settings::Settings;
 use super::settings::conventions::{LEAST_PRINTED, LEFT_OUT_SHOWN};
 use crate::motor::catalogue::ids;
 
 /// The four parts; `asked` is the command of the diagnosis.
-pub(crate) fn parts(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> [String; 4] {
+pub(crate) fn parts(diagnosis: &Diagnosis, asked: &str) -> [String; 4] {
     [
         size(diagnosis),
-        cause::cause(diagnosis, settings),
+        cause::cause(diagnosis),
         remaining(diagnosis),
-        next::next(diagnosis, asked, settings),
+        next::next(diagnosis, asked),
     ]
 }
 
@@ -166,10 +165,11 @@ fn remaining(diagnosis: &Diagnosis) -> String {
 
 /// Whether all but an immaterial share of the error is unexplained, although probable effects were tried, or none is
 /// probable.
-pub(crate) fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool {
+pub(crate) fn is_undescribed(diagnosis: &Diagnosis) -> bool {
+    let settings = &diagnosis.settings;
     let was_tried = match diagnosis.verdict {
         Verdict::Ambiguous => {
-            (diagnosis.causes.iter()).any(|cause| cause.not_identified().is_some())
+            (diagnosis.causes.iter()).any(|cause| cause.not_identified(settings).is_some())
         }
         Verdict::OutsideCatalogue => diagnosis.probability >= settings.confident,
         _ => false,
@@ -178,19 +178,17 @@ pub(crate) fn is_undescribed(diagnosis: &Diagnosis, settings: &Settings) -> bool
 }
 
 /// Why no recording is proposed; `None` where one that separates the remaining sets would be.
-pub(crate) fn no_recording_reason(
-    diagnosis: &Diagnosis,
-    settings: &Settings,
-) -> Option<&'static str> {
-    let is_known = diagnosis.probability >= settings.confident && diagnosis.classes.is_empty();
+pub(crate) fn no_recording_reason(diagnosis: &Diagnosis) -> Option<&'static str> {
+    let is_known =
+        diagnosis.probability >= diagnosis.settings.confident && diagnosis.classes.is_empty();
     match diagnosis.verdict {
         Verdict::NoGap => Some("the error is not significantly above the noise floor"),
         Verdict::NoChange => Some("these runs agree with the reference"),
         // The predictions of the sets do not hold.
-        _ if is_undescribed(diagnosis, settings) => {
+        _ if is_undescribed(diagnosis) => {
             Some("no effect that was tried describes these recordings")
         }
-        _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis, settings) => Some(
+        _ if diagnosis.effects.is_empty() && is_at_limit(diagnosis) => Some(
             "a parameter of a probable effect is at its bound, and the next step is to measure it",
         ),
         Verdict::Effect if is_known => Some("the cause is known"),
@@ -226,14 +224,12 @@ pub(crate) fn note(
     outside: &[(&'static str, f64)],
     off: &[LeftOut],
     is_doubtful: bool,
-    is_closed_loop: bool,
-    settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
     if !off.is_empty() {
         notes.push(left_out(off));
     }
-    if is_closed_loop {
+    if diagnosis.scoring.closed_loop {
         notes.push(format!(
             "Closed loop: the command answers to the measured position. Segments are {} s long, so that the prediction error is close to an equation error.",
             three(diagnosis.gap.horizon_s)
@@ -253,8 +249,9 @@ pub(crate) fn note(
         .collect();
     if !outside.is_empty() {
         let imitates = diagnosis.effects.is_empty()
-            && (diagnosis.causes.iter()).any(|cause| cause.not_identified().is_some())
-            && !is_undescribed(diagnosis, settings);
+            && (diagnosis.causes.iter())
+                .any(|cause| cause.not_identified(&diagnosis.settings).is_some())
+            && !is_undescribed(diagnosis);
         let whose = match diagnosis.nominal_source {
             NominalSource::Given => "motor file's",
             NominalSource::Handout | NominalSource::Fit => "nominal",

@@ -9,16 +9,15 @@ use super::{
 };
 use crate::check::{Finding, Severity};
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict};
-use crate::diagnose::settings::Settings;
 
 use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
 /// Steps by hand, then the step with its command.
-pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
-    let is_undescribed = is_undescribed(diagnosis, settings);
+pub(super) fn next(diagnosis: &Diagnosis, asked: &str) -> String {
+    let is_undescribed = is_undescribed(diagnosis);
     let by_hand = match is_undescribed {
         true => Some(CHECK_BY_HAND.to_owned()),
-        false => other_means(diagnosis, settings),
+        false => other_means(diagnosis),
     };
     let is_repeats = repeatability_above_error(diagnosis).is_some()
         || is_floor_repeatability(diagnosis) && diagnosis.reference.is_none();
@@ -27,8 +26,8 @@ pub(super) fn next(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> S
     let is_measured_first = by_hand.is_some()
         && !is_undescribed
         && diagnosis.effects.is_empty()
-        && is_at_limit(diagnosis, settings);
-    let step = (!is_measured_first).then(|| then(diagnosis, asked, settings));
+        && is_at_limit(diagnosis);
+    let step = (!is_measured_first).then(|| then(diagnosis, asked));
     let all: Vec<String> = [repeats, by_hand, step].into_iter().flatten().collect();
     all.join(" ")
 }
@@ -38,9 +37,9 @@ const CHECK_BY_HAND: &str = "First check that the supply and the counts per revo
 const CHECK_REPEATS: &str = "First make sure that the runs with the same command are repeats of one set-up, because an error below their repeatability cannot be judged. If they are not repeats, diagnose them separately.";
 
 /// The step.
-fn then(diagnosis: &Diagnosis, asked: &str, settings: &Settings) -> String {
-    let is_explained =
-        diagnosis.verdict == Verdict::Parameters && diagnosis.probability >= settings.identified;
+fn then(diagnosis: &Diagnosis, asked: &str) -> String {
+    let is_explained = diagnosis.verdict == Verdict::Parameters
+        && diagnosis.probability >= diagnosis.settings.identified;
     let is_open = matches!(
         diagnosis.verdict,
         Verdict::Partial | Verdict::Ambiguous | Verdict::OutsideCatalogue

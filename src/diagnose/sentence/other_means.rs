@@ -6,7 +6,6 @@
 use super::{capitalized, is_undescribed, listed, name, three};
 use crate::diagnose::classes::members_of;
 use crate::diagnose::report::{Cause, Diagnosis, Interval, NominalSource, Verdict};
-use crate::diagnose::settings::Settings;
 use crate::motor::catalogue::ids;
 
 /// Measurements for effects that others imitate exactly, or nearly so within tolerances.
@@ -68,12 +67,12 @@ const MEANS: [(&str, &str); 14] = [
 
 /// Steps other than a recording: for probable effects with a parameter at its bound, and for an ambiguous verdict without
 /// a useful profile; `None` if there is none.
-pub(super) fn other_means(diagnosis: &Diagnosis, settings: &Settings) -> Option<String> {
+pub(super) fn other_means(diagnosis: &Diagnosis) -> Option<String> {
     let is_settled = matches!(diagnosis.verdict, Verdict::NoGap | Verdict::NoChange);
-    if is_settled || is_undescribed(diagnosis, settings) {
+    if is_settled || is_undescribed(diagnosis) {
         return None;
     }
-    let bounded = bounded(diagnosis, settings);
+    let bounded = bounded(diagnosis);
     if !bounded.is_empty() {
         return Some(at_limit(diagnosis, &bounded));
     }
@@ -87,14 +86,15 @@ pub(super) fn other_means(diagnosis: &Diagnosis, settings: &Settings) -> Option<
 }
 
 /// Probable effects with a parameter at its bound.
-fn bounded<'a>(diagnosis: &'a Diagnosis, settings: &Settings) -> Vec<&'a Cause> {
-    let is_bounded = |cause: &&Cause| cause.at_bound && cause.inclusion >= settings.identified;
+fn bounded<'a>(diagnosis: &'a Diagnosis) -> Vec<&'a Cause> {
+    let is_bounded =
+        |cause: &&Cause| cause.at_bound && cause.inclusion >= diagnosis.settings.identified;
     diagnosis.causes.iter().filter(is_bounded).collect()
 }
 
 /// Whether there is such an effect.
-pub(crate) fn is_at_limit(diagnosis: &Diagnosis, settings: &Settings) -> bool {
-    !bounded(diagnosis, settings).is_empty()
+pub(crate) fn is_at_limit(diagnosis: &Diagnosis) -> bool {
+    !bounded(diagnosis).is_empty()
 }
 
 const NOTHING_TO_SEPARATE: &str = "No recording is proposed: the probable effects remove less than a tenth of the held-out error that remains without them, so there is nothing to gain from separating them.";

@@ -167,7 +167,12 @@ pub(super) fn missing(
             };
             format!(
                 "{} {measures}The diagnosis: {}{}",
-                seen.answer(verdict, &diagnosis.effects, diagnosis.probability),
+                seen.answer(
+                    verdict,
+                    &diagnosis.effects,
+                    diagnosis.probability,
+                    &diagnosis.settings
+                ),
                 diagnosis.sentence,
                 not_shown::words(not_shown, usable.iter().any(|one| reverses(&one.run)))
             )
@@ -217,7 +222,13 @@ impl ExcessDeviation {
     }
 
     /// Missing effect: exactly the verdict.
-    fn answer(self, verdict: Verdict, effects: &[&str], probability: f64) -> String {
+    fn answer(
+        self,
+        verdict: Verdict,
+        effects: &[&str],
+        probability: f64,
+        settings: &Settings,
+    ) -> String {
         let seen = self.words();
         let named = effects.join(" and ");
         let p = |event: &str| probability_of(event, probability);
@@ -227,7 +238,6 @@ impl ExcessDeviation {
                 p("no effect is present")
             ),
             Verdict::Parameters => {
-                let settings = Settings::default();
                 let missing = match probability {
                     p if p < settings.identified => {
                         "An effect is probably missing that these recordings do not identify"
@@ -327,7 +337,7 @@ mod tests {
                 recordings: 2,
             };
             for (verdict, effects) in &verdicts {
-                let said = seen.answer(*verdict, effects, 0.69);
+                let said = seen.answer(*verdict, effects, 0.69, &Settings::default());
                 let has_probability = said.contains("=\u{a0}0.69");
                 assert_eq!(has_probability, *verdict != Verdict::BadRecording, "{said}");
                 assert!(!said.starts_with("No effect"), "{said}");

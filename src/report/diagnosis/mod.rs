@@ -180,8 +180,11 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
         page.paragraph(&format!("These recordings do not separate {members}."));
     }
     let row = |cause: &Cause| {
-        let class = class_of_cause(cause).unwrap_or_else(|| "\u{2013}".to_owned());
-        let reason = cause.not_identified().unwrap_or("\u{2013}");
+        let class =
+            class_of_cause(cause, &diagnosis.settings).unwrap_or_else(|| "\u{2013}".to_owned());
+        let reason = cause
+            .not_identified(&diagnosis.settings)
+            .unwrap_or("\u{2013}");
         vec![
             cause_words(cause.effect),
             probability(cause.inclusion),

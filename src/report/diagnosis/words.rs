@@ -43,13 +43,13 @@ fn verdict_words(diagnosis: &Diagnosis) -> String {
         (None, NominalSource::Handout) => "the lab handout's motor",
         (None, NominalSource::Given) => "the motor file",
     };
-    let is_nearly_all = diagnosis.unexplained.share < Settings::default().unexplained_share;
-    let settings = &Settings::default();
+    let settings = &diagnosis.settings;
+    let is_nearly_all = diagnosis.unexplained.share < settings.unexplained_share;
     let meaning = match verdict {
         Verdict::Parameters if diagnosis.probability < settings.identified => {
             "re-identified parameters remove more than 90\u{a0}% of the squared error, but probably by imitating an effect that is not identified, so they are no measurement"
         }
-        Verdict::Ambiguous if is_undescribed(diagnosis, settings) => {
+        Verdict::Ambiguous if is_undescribed(diagnosis) => {
             "effects raise the log score, but none is identified, and nearly all of the held-out error remains"
         }
         Verdict::Parameters if is_nearly_all => {
@@ -119,12 +119,12 @@ pub fn of_reference(diagnosis: &Diagnosis, reference: &ReferenceRuns) -> String 
 /// Whether a further recording is optional, since the sentence proposes another step.
 pub fn is_optional(diagnosis: &Diagnosis) -> bool {
     diagnosis.verdict == Verdict::Parameters
-        && diagnosis.probability >= Settings::default().identified
+        && diagnosis.probability >= diagnosis.settings.identified
 }
 
 /// Why no recording is proposed.
 pub fn no_recording(diagnosis: &Diagnosis) -> String {
-    let reason = no_recording_reason(diagnosis, &Settings::default())
+    let reason = no_recording_reason(diagnosis)
         .unwrap_or("no profile separates the remaining sets of effects");
     format!("No recording is proposed: {reason}.")
 }
@@ -235,11 +235,11 @@ pub fn sets_note(diagnosis: &Diagnosis) -> String {
 
 /// The class of an effect; where these runs do not separate its members, the probability that one of them is present.
 /// `None` without a class.
-pub fn class_of_cause(cause: &Cause) -> Option<String> {
+pub fn class_of_cause(cause: &Cause, settings: &Settings) -> Option<String> {
     let class = class_of(cause.effect)?;
     Some(match cause.class_probability {
         Some(p) => {
-            let identified = Settings::default().identified;
+            let identified = settings.identified;
             let limit = match cause.at_bound && p >= identified && cause.inclusion < identified {
                 true => ", a parameter at its bound",
                 false => "",
@@ -252,7 +252,7 @@ pub fn class_of_cause(cause: &Cause) -> Option<String> {
 
 /// Meaning of the inclusion probabilities.
 pub fn causes_title(diagnosis: &Diagnosis) -> &'static str {
-    match is_undescribed(diagnosis, &Settings::default()) {
+    match is_undescribed(diagnosis) {
         true => {
             "probability relative to the sets that were tried, none of which describes the recordings"
         }
