@@ -8,7 +8,7 @@ use super::fit::{Fit, Metric, fit};
 use super::model::{Base, Member, Model};
 use super::search::Found;
 use super::segments::Segments;
-use super::settings::solver::{CONVERGED, WITHIN_OPTIMUM};
+use super::settings::solver::{CONVERGED, STARTS_PER_SET, WITHIN_OPTIMUM};
 use crate::motor::catalogue::{catalogue, ids};
 use crate::motor::fit::ParameterId;
 
@@ -118,7 +118,7 @@ fn extended(
         .iter()
         .filter_map(|x| Fit::at(segments, &model, x.clone()));
     let same: Vec<Fit> = same.collect();
-    let others = found.sets.iter().filter(has_all).take(2);
+    let others = found.sets.iter().filter(has_all).take(STARTS_PER_SET);
     starts.extend(others.map(|set| model.start_from(&set.fit.model, &set.fit.x)));
     let fitted = least_squares(segments, &model, &starts);
     let smaller = |a: &Fit, b: &Fit| a.square_sum().total_cmp(&b.square_sum());

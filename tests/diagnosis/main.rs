@@ -5,6 +5,7 @@ mod support;
 
 mod assumed_torque;
 mod cases;
+mod document;
 mod fast_turning;
 mod figures;
 mod hold_out;

@@ -241,7 +241,7 @@ pub(crate) fn fit(
     begun.dedup_by(|a, b| a.1 == b.1);
     // The second best start where the best leads to no more than the model that is extended has.
     let mut best: Option<Minimum> = None;
-    for (cost, x) in begun.into_iter().take(2) {
+    for (cost, x) in begun.into_iter().take(solver::STARTS_PER_SET) {
         let linear = None;
         let found = problem.lowest(Minimum { cost, x, linear });
         if let Some(found) = found

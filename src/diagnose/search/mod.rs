@@ -29,8 +29,8 @@ use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
 use super::settings::solver::{
-    FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES,
-    SIMPLIFIED, STARTS_PER_SET,
+    FITTED_ANYWAY, FITTED_WITHIN, IMITATED, LARGEST_SCREENED, LAST_DIGITS, LATER_PART, ROUNDS,
+    SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES, SIMPLIFIED, STARTS_PER_SET,
 };
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
@@ -96,8 +96,8 @@ pub(crate) fn search(
             break;
         };
         let (deepest, sets) = match round {
-            0 if is_relevant => (3, settings.fitted_sets),
-            _ => (1, settings.fitted_sets / 3),
+            0 if is_relevant => (LARGEST_SCREENED, settings.fitted_sets),
+            _ => (1, settings.fitted_sets / LATER_PART),
         };
         let mut screened = Vec::new();
         for (k, from) in begun.iter().enumerate() {
@@ -139,7 +139,7 @@ pub(crate) fn search(
     let (sets, judge) = if std::ptr::eq(segments, coarse) {
         pool.sorted()
     } else {
-        let near = pool.near_best(2.0 * settings.near_best);
+        let near = pool.near_best(FITTED_WITHIN * settings.near_best);
         let mut all = Pool::new(segments, base);
         all.judge = pool.judge;
         all.add_fitted(&model, std::slice::from_ref(&none.x), None);
@@ -159,7 +159,7 @@ fn time_limit_ns(samples: usize) -> u64 {
     SEARCH_NS + samples.saturating_sub(SEARCH_SAMPLES) as u64 * SEARCH_NS_PER_FURTHER_SAMPLE
 }
 
-/// Whether the base parameters imitate a candidate, but for half an immaterial share of its squares: it may be present where they leave nothing.
+/// Whether the base parameters imitate a candidate, but for a part of an immaterial share of its squares: it may be present where they leave nothing.
 fn is_like_parameters(
     segments: &Segments,
     from: &Fit,
@@ -178,7 +178,7 @@ fn is_like_parameters(
     let explained = ridge
         .cholesky()
         .map_or(0.0, |c| c.solve(&along).dot(&along));
-    square > 0.0 && explained >= (1.0 - 0.5 * immaterial) * square
+    square > 0.0 && explained >= (1.0 - IMITATED * immaterial) * square
 }
 
 /// The best sets of each size, by turns.
@@ -275,7 +275,7 @@ impl Pool<'_> {
             .iter()
             .map(|set| set.worth)
             .fold(f64::NEG_INFINITY, f64::max);
-        let within = 2.0 * self.base.settings.near_best;
+        let within = FITTED_WITHIN * self.base.settings.near_best;
         // Screening is linear: single effects are fitted first, whatever their score.
         let mut by_size: Vec<&Screened> = chosen.iter().collect();
         by_size.sort_by_key(|set| set.of.len());

@@ -12,7 +12,9 @@ use crate::diagnose::score::{
     Likelihood, effective_observations, likelihood, log_options, scale_free,
 };
 use crate::diagnose::segments::Segments;
-use crate::diagnose::settings::solver::{CONVERGED, CONVERGED_START, FLOOR_WITHIN, REFINEMENTS};
+use crate::diagnose::settings::solver::{
+    CONVERGED, CONVERGED_START, FITTED_WITHIN, FLOOR_WITHIN, REFINEMENTS, REFITTED_WITHIN,
+};
 use crate::motor::catalogue::catalogue;
 use crate::units::ROUNDING_VARIANCE;
 
@@ -200,7 +202,7 @@ impl<'a> Pool<'a> {
     /// Whether another set is likelier by more than a refinement of this one could change.
     fn is_far_behind(&self, likelihood: &Likelihood) -> bool {
         let score = |likelihood: &Likelihood| likelihood.optimum.score(f64::NEG_INFINITY);
-        let least = score(likelihood) + 2.0 * self.base.settings.near_best;
+        let least = score(likelihood) + FITTED_WITHIN * self.base.settings.near_best;
         (self.sets.values()).any(|set| score(&set.likelihood) > least)
     }
 
@@ -236,7 +238,7 @@ impl<'a> Pool<'a> {
     /// Decides which score judges, by what the likelihood's best set leaves, and scores all sets anew.
     pub fn judge(&mut self) {
         let was_likelihood = self.judge.is_likelihood;
-        let mut refit = self.near_best(3.0 * self.base.settings.near_best);
+        let mut refit = self.near_best(REFITTED_WITHIN * self.base.settings.near_best);
         self.decide();
         if self.judge.is_likelihood != was_likelihood {
             // Fitted in the other metric so far; from the smallest: a set is no worse than a smaller one.
@@ -267,7 +269,7 @@ impl<'a> Pool<'a> {
             self.judge_by(&best);
         }
         // The number of observations is that of the best set's residual, which is best for that number.
-        for _ in 0..2 {
+        for _ in 0..REFINEMENTS {
             self.score_all();
             let best = self.best();
             self.judge.n_eff = effective_observations(self.segments, &best.fit.corrected);

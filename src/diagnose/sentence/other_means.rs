@@ -86,7 +86,7 @@ pub(super) fn other_means(diagnosis: &Diagnosis) -> Option<String> {
 }
 
 /// Probable effects with a parameter at its bound.
-fn bounded<'a>(diagnosis: &'a Diagnosis) -> Vec<&'a Cause> {
+fn bounded(diagnosis: &Diagnosis) -> Vec<&Cause> {
     let is_bounded =
         |cause: &&Cause| cause.at_bound && cause.inclusion >= diagnosis.settings.identified;
     diagnosis.causes.iter().filter(is_bounded).collect()

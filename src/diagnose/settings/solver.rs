@@ -51,8 +51,8 @@ pub(crate) const PRIOR_CONVERGED: f64 = 1e-9;
 /// Precision of a parameter that no sample of a planned recording depends on, so that its normal equations are
 /// positive definite.
 pub(crate) const LEAST_PRECISION: f64 = 1e-12;
-/// Refinements of a score's optimum by one linear step each, and most fits with the noise estimated from the previous
-/// one.
+/// Refinements of a score's optimum by one linear step each, most fits with the noise estimated from the previous one,
+/// and estimates of the number of observations from the best set's residual.
 pub(crate) const REFINEMENTS: usize = 2;
 /// Coefficients of a segment's cosine transform that are grouped by octaves; all others are one band.
 pub(crate) const COEFFICIENTS: usize = 512;
@@ -94,9 +94,20 @@ pub(crate) const ROUNDS: usize = 5;
 pub(crate) const SEARCH_NS: u64 = 800_000_000;
 pub(crate) const SEARCH_SAMPLES: usize = 3_000;
 pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 10_000_000;
+/// Largest screened set of the first round; the later ones add one effect to a set. Part of the first round's sets that
+/// a later round fits.
+pub(crate) const LARGEST_SCREENED: usize = 3;
+pub(crate) const LATER_PART: usize = 3;
+/// Distances from the best score, in `near_best`: of sets that are fitted, or fitted to all segments; and of sets that
+/// are fitted anew because the other score judges.
+pub(crate) const FITTED_WITHIN: f64 = 2.0;
+pub(crate) const REFITTED_WITHIN: f64 = 3.0;
+/// Part of an immaterial share of a candidate's squares that base parameters leave at most, where they leave no more
+/// than the noise floor: other candidates would be seen above it.
+pub(crate) const IMITATED: f64 = 0.5;
 /// Best screened effects that are fitted regardless of the time.
 pub(crate) const FITTED_ANYWAY: usize = 4;
-/// Sets near the best that are fitted without each of their members; fitted starts of one set.
+/// Sets near the best that are fitted without each of their members; fitted starts of one set, also of a nested fit.
 pub(crate) const SIMPLIFIED: usize = 2;
 pub(crate) const STARTS_PER_SET: usize = 2;
 /// Pairs extended to triples.
