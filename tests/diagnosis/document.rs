@@ -1,4 +1,4 @@
-//! What the document says of how it was made.
+//! Settings and closed loop in the document.
 
 use motorlab::diagnose::{Options, Settings, diagnose};
 use motorlab::motor::Motor;
