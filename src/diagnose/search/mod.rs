@@ -29,8 +29,8 @@ use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
 use super::settings::solver::{
-    FITTED_ANYWAY, FITTED_WITHIN, IMITATED, LARGEST_SCREENED, LAST_DIGITS, LATER_PART, ROUNDS,
-    SEARCH_NS, SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES, SIMPLIFIED, STARTS_PER_SET,
+    FITTED_ANYWAY, LARGEST_SCREENED, LAST_DIGITS, LATER_PART, ROUNDS, SEARCH_NS,
+    SEARCH_NS_PER_FURTHER_SAMPLE, SEARCH_SAMPLES, SIMPLIFIED, STARTS_PER_SET,
 };
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
@@ -139,7 +139,7 @@ pub(crate) fn search(
     let (sets, judge) = if std::ptr::eq(segments, coarse) {
         pool.sorted()
     } else {
-        let near = pool.near_best(FITTED_WITHIN * settings.near_best);
+        let near = pool.near_best();
         let mut all = Pool::new(segments, base);
         all.judge = pool.judge;
         all.add_fitted(&model, std::slice::from_ref(&none.x), None);
@@ -178,7 +178,7 @@ fn is_like_parameters(
     let explained = ridge
         .cholesky()
         .map_or(0.0, |c| c.solve(&along).dot(&along));
-    square > 0.0 && explained >= (1.0 - IMITATED * immaterial) * square
+    square > 0.0 && explained >= (1.0 - immaterial) * square
 }
 
 /// The best sets of each size, by turns.
@@ -275,7 +275,7 @@ impl Pool<'_> {
             .iter()
             .map(|set| set.worth)
             .fold(f64::NEG_INFINITY, f64::max);
-        let within = FITTED_WITHIN * self.base.settings.near_best;
+        let within = self.base.settings.near_best;
         // Screening is linear: single effects are fitted first, whatever their score.
         let mut by_size: Vec<&Screened> = chosen.iter().collect();
         by_size.sort_by_key(|set| set.of.len());
@@ -398,7 +398,7 @@ impl Pool<'_> {
 
     /// Fits the sets near the best without each of their members.
     fn simplify(&mut self) {
-        let near = self.near_best(self.base.settings.near_best);
+        let near = self.near_best();
         for set in near.iter().take(SIMPLIFIED) {
             let members = &set.fit.model.members;
             for k in 0..members.len() {

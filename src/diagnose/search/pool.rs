@@ -12,9 +12,7 @@ use crate::diagnose::score::{
     Likelihood, effective_observations, likelihood, log_options, scale_free,
 };
 use crate::diagnose::segments::Segments;
-use crate::diagnose::settings::solver::{
-    CONVERGED, CONVERGED_START, FITTED_WITHIN, FLOOR_WITHIN, REFINEMENTS, REFITTED_WITHIN,
-};
+use crate::diagnose::settings::solver::{CONVERGED, CONVERGED_START, FLOOR_WITHIN, REFINEMENTS};
 use crate::motor::catalogue::catalogue;
 use crate::units::ROUNDING_VARIANCE;
 
@@ -202,7 +200,7 @@ impl<'a> Pool<'a> {
     /// Whether another set is likelier by more than a refinement of this one could change.
     fn is_far_behind(&self, likelihood: &Likelihood) -> bool {
         let score = |likelihood: &Likelihood| likelihood.optimum.score(f64::NEG_INFINITY);
-        let least = score(likelihood) + FITTED_WITHIN * self.base.settings.near_best;
+        let least = score(likelihood) + self.base.settings.near_best;
         (self.sets.values()).any(|set| score(&set.likelihood) > least)
     }
 
@@ -238,7 +236,7 @@ impl<'a> Pool<'a> {
     /// Decides which score judges, by what the likelihood's best set leaves, and scores all sets anew.
     pub fn judge(&mut self) {
         let was_likelihood = self.judge.is_likelihood;
-        let mut refit = self.near_best(REFITTED_WITHIN * self.base.settings.near_best);
+        let mut refit = self.near_best();
         self.decide();
         if self.judge.is_likelihood != was_likelihood {
             // Fitted in the other metric so far; from the smallest: a set is no worse than a smaller one.
@@ -324,9 +322,9 @@ impl<'a> Pool<'a> {
             .expect("the model without effects at least")
     }
 
-    /// Sets whose score is behind the best by no more than this, best first.
-    pub fn near_best(&self, within: f64) -> Vec<Scored> {
-        let least = self.best().score - within;
+    /// Sets whose score is near the best, best first.
+    pub fn near_best(&self) -> Vec<Scored> {
+        let least = self.best().score - self.base.settings.near_best;
         let near = self.sets.values().filter(|set| set.score >= least);
         let mut near: Vec<Scored> = near.cloned().collect();
         near.sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -71,7 +71,7 @@ pub struct Settings {
     pub fitted_sets: usize,
     /// Largest size of a set.
     pub most_effects: usize,
-    /// Largest distance from the best score of sets that the search simplifies and exchanges.
+    /// Largest distance in nats from the best score of sets that the search fits, fits anew, simplifies and exchanges.
     pub near_best: f64,
     /// Exponent of the score in the posterior (learning rate; Wu and Martin 2020). Calibrated on tuning benches.
     pub learning_rate: f64,
@@ -125,7 +125,7 @@ impl Default for Settings {
             passage: 8,
             fitted_sets: 15,
             most_effects: 4,
-            near_best: 6.0,
+            near_best: 12.0,
             learning_rate: 0.35,
             effect_log_odds: -1.0,
             identified: 0.5,

@@ -98,13 +98,6 @@ pub(crate) const SEARCH_NS_PER_FURTHER_SAMPLE: u64 = 10_000_000;
 /// a later round fits.
 pub(crate) const LARGEST_SCREENED: usize = 3;
 pub(crate) const LATER_PART: usize = 3;
-/// Distances from the best score, in `near_best`: of sets that are fitted, or fitted to all segments; and of sets that
-/// are fitted anew because the other score judges.
-pub(crate) const FITTED_WITHIN: f64 = 2.0;
-pub(crate) const REFITTED_WITHIN: f64 = 3.0;
-/// Part of an immaterial share of a candidate's squares that base parameters leave at most, where they leave no more
-/// than the noise floor: other candidates would be seen above it.
-pub(crate) const IMITATED: f64 = 0.5;
 /// Best screened effects that are fitted regardless of the time.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; fitted starts of one set, also of a nested fit.
