@@ -5,6 +5,7 @@ mod support;
 
 mod assumed_torque;
 mod cases;
+mod delays;
 mod document;
 mod fast_turning;
 mod figures;
