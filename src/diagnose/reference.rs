@@ -5,8 +5,8 @@
 //! except those that an effect widens.
 //!
 //! An effect in these runs may have been present before, if the reference runs do not show it. Each is therefore
-//! judged by the joint score of both groups: as an effect of these runs alone (free by group) and as an effect of the
-//! motor of both (shared). Unless the first is confidently more probable, the effect belongs to the reference, and
+//! judged by the joint score of both groups, each scored as in its own search: as an effect of these runs alone (free by
+//! group) and as an effect of the motor of both (shared). Unless the first is confidently more probable, the effect belongs to the reference, and
 //! these runs are searched again.
 
 use nalgebra::DMatrix;
@@ -20,7 +20,7 @@ use super::model::{Base, Member, Model, ReferencePosterior};
 use super::nested::{self, least_squares};
 use super::pipeline::{Prepared, Searched, searched};
 use super::report::ReferenceRuns;
-use super::score::scale_free;
+use super::search::scored;
 use super::segments::Segments;
 use super::settings::conventions::SEARCH_SHARE;
 use super::verdict::identified;
@@ -29,23 +29,10 @@ use crate::motor::Motor;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
 
-/// A group of runs with one base, and the number of observations of its score.
-struct Group<'a> {
-    segments: &'a Segments,
-    base: Base,
-    n_eff: f64,
-}
-
-impl Group<'_> {
-    /// The scale-free score of a fit, and the fit: of a model with these members, started from other fits.
-    fn fitted(&self, members: Vec<Member>, from: &[&Fit]) -> Option<(f64, Fit)> {
-        let model = Model::new(&self.base, members);
-        let mut starts = vec![model.start()];
-        starts.extend(from.iter().map(|fit| model.start_from(&fit.model, &fit.x)));
-        let fit = least_squares(self.segments, &model, &starts)?;
-        let score = scale_free(&self.base, &fit, self.n_eff).score(f64::NEG_INFINITY);
-        Some((score, fit))
-    }
+/// The score of a model of a group of runs in its own search, from these starts.
+fn score(group: &Searched, base: &Base, model: &Model, starts: &[Vec<f64>]) -> Option<f64> {
+    let found = scored(&group.segments, base, group.found.judge, model, starts)?;
+    Some(found.score)
 }
 
 /// The search of these runs after reference runs, its prepared data, and the report of the reference.
@@ -114,7 +101,6 @@ fn identified_fit(then: &Prepared, found: &Searched, settings: &Settings) -> Opt
 
 /// The fit of the reference with one more of the identified effects of these runs, unless the joint score assigns it
 /// to these runs alone.
-/// alone.
 fn shared(
     (then, reference, now, found): (&Prepared, &Searched, &Prepared, &Searched),
     fit: &Fit,
@@ -122,35 +108,56 @@ fn shared(
 ) -> Option<Fit> {
     let named = identified(&weighed(&found.found.sets, settings), settings);
     let best = found.found.best();
-    let before = Group {
-        segments: &reference.segments,
-        base: then.base.clone(),
-        n_eff: reference.found.judge.n_eff,
+    let of_reference = |fit: &Fit| {
+        let known = reference.found.sets.iter().map(|set| &set.fit);
+        let known = known.filter(|set| set.ids() == fit.ids());
+        let starts = [fit].into_iter().chain(known);
+        let starts: Vec<Vec<f64>> = starts
+            .map(|from| fit.model.start_from(&from.model, &from.x))
+            .collect();
+        score(reference, &then.base, &fit.model, &starts)
     };
-    let group_now = |base: Base| Group {
-        segments: &found.segments,
-        base,
-        n_eff: found.found.judge.n_eff,
-    };
-    let members = &best.fit.model.members;
-    let own = group_now(now.base.clone()).fitted(members.clone(), &[&best.fit])?;
-    let apart = scale_free(&before.base, fit, before.n_eff).score(f64::NEG_INFINITY) + own.0;
+    let apart = of_reference(fit)? + best.score;
+    // Each effect with its fitted values.
+    let motor = best.fit.model.motor(&best.fit.x);
+    let fitted = Member::of(&motor);
+    let members: Vec<Member> = (best.fit.model.members.iter())
+        .map(|own| {
+            fitted
+                .iter()
+                .find(|one| one.index == own.index)
+                .unwrap_or(own)
+        })
+        .cloned()
+        .collect();
+    // The same prior odds of an effect, whichever model has it.
+    let odds = |group: &Searched| group.found.judge.odds(1, settings);
     let is_new = |member: &&Member| {
         named.iter().any(|one| one.effect == member.id()) && !fit.ids().contains(&member.id())
     };
     let tried = members.iter().filter(is_new).filter_map(|member| {
         let with = fit.model.members.iter().chain([member]).cloned();
-        let (score, with) = before.fitted(with.collect(), &[fit, &best.fit])?;
-        let (motor, posterior) = posterior_of(before.segments, &before.base, &with);
+        let with = Model::new(&then.base, with.collect());
+        let starts = [fit, &best.fit].map(|from| with.start_from(&from.model, &from.x));
+        let with = least_squares(
+            &reference.segments,
+            &with,
+            &[&starts[..], &[with.start()]].concat(),
+        )?;
+        let (motor, posterior) = posterior_of(&reference.segments, &then.base, &with);
         let base = now.base.after(motor, posterior);
         let rest = members.iter().filter(|other| other.index != member.index);
-        let now = group_now(base).fitted(rest.cloned().collect(), &[&best.fit])?;
-        Some((score + now.0, with))
+        let rest = Model::new(&base, rest.cloned().collect());
+        let starts = [rest.start(), rest.start_from(&best.fit.model, &best.fit.x)];
+        let joint = of_reference(&with)? - odds(reference)
+            + odds(found)
+            + score(found, &base, &rest, &starts)?;
+        Some((joint, with))
     });
     let best = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
     // Only a confident difference is a change.
     let odds = settings.confident / (1.0 - settings.confident);
-    (apart - best.0 < odds.ln()).then_some(best.1)
+    (settings.learning_rate * (apart - best.0) < odds.ln()).then_some(best.1)
 }
 
 /// The motor of the reference runs with its posterior.

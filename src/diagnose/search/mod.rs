@@ -11,7 +11,7 @@ mod periodic;
 mod pool;
 
 pub(crate) use candidates::{Candidate, Shape, candidates, starts};
-pub(crate) use pool::{Judge, Scored};
+pub(crate) use pool::{Judge, Scored, scored};
 
 use nalgebra::DVector;
 
@@ -141,7 +141,10 @@ pub(crate) fn search(
     } else {
         let near = pool.near_best();
         let mut all = Pool::new(segments, base);
-        all.judge = pool.judge;
+        all.judge = Judge {
+            least: all.judge.least,
+            ..pool.judge
+        };
         all.add_fitted(&model, std::slice::from_ref(&none.x), None);
         for scored in near {
             if !scored.fit.model.members.is_empty() {

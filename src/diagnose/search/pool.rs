@@ -12,6 +12,7 @@ use crate::diagnose::score::{
     Likelihood, effective_observations, likelihood, log_options, scale_free,
 };
 use crate::diagnose::segments::Segments;
+use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::solver::{CONVERGED, CONVERGED_START, FLOOR_WITHIN, REFINEMENTS};
 use crate::motor::catalogue::catalogue;
 use crate::units::ROUNDING_VARIANCE;
@@ -30,6 +31,25 @@ pub(crate) struct Judge {
     /// Mean square in counts^2 of the noise floor that is known before the search: of repeats, of the user, and of the model without effects
     /// where it is not relevant.
     pub known_floor: f64,
+    /// Data cost under either score below which nothing is rewarded.
+    pub least: (f64, f64),
+}
+
+impl Judge {
+    /// Score of a fit.
+    fn score(&self, base: &Base, fit: &Fit, likelihood: &Likelihood) -> f64 {
+        let part = |weight: f64, score: f64| if weight > 0.0 { weight * score } else { 0.0 };
+        let likely = part(self.credibility, likelihood.optimum.score(self.least.0));
+        let free = scale_free(base, fit, self.n_eff).score(self.least.1);
+        let odds = self.odds(fit.model.members.len(), &base.settings);
+        likely + odds + part(1.0 - self.credibility, free)
+    }
+
+    /// Log prior odds of a number of effects in addition to the catalogue's, as a score: the likelihood overrates a further term by more than
+    /// its evidence says.
+    pub fn odds(&self, effects: usize, settings: &Settings) -> f64 {
+        self.credibility * effects as f64 * settings.effect_log_odds / settings.learning_rate
+    }
 }
 
 /// A fitted set.
@@ -58,8 +78,20 @@ pub(crate) struct Pool<'a> {
     pub until_ns: u64,
     /// The same for sets derived from the best by leaving out and by exchange.
     pub derived_until_ns: u64,
-    /// Data cost below which nothing is rewarded.
-    least: (f64, f64),
+}
+
+/// A model of segments that were searched, fitted and scored as in the search.
+pub(crate) fn scored(
+    segments: &Segments,
+    base: &Base,
+    judge: Judge,
+    model: &Model,
+    starts: &[Vec<f64>],
+) -> Option<Scored> {
+    let mut pool = Pool::new(segments, base);
+    pool.judge = judge;
+    pool.add_fitted(model, starts, None);
+    pool.sets.into_values().next()
 }
 
 impl<'a> Pool<'a> {
@@ -73,6 +105,7 @@ impl<'a> Pool<'a> {
                 is_likelihood: false,
                 is_relevant: true,
                 known_floor: 0.0,
+                least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
             },
             sets: BTreeMap::new(),
             derived: BTreeSet::new(),
@@ -80,20 +113,18 @@ impl<'a> Pool<'a> {
             fitted: 0,
             until_ns: u64::MAX,
             derived_until_ns: u64::MAX,
-            least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
         }
     }
 
     /// Adds a fit where it scores more than one of the same effects.
     fn add(&mut self, fit: Fit, likelihood: Likelihood) {
         self.fitted += 1;
-        let mut scored = Scored {
-            score: 0.0,
+        let scored = Scored {
+            score: self.judge.score(self.base, &fit, &likelihood),
             likelihood,
             is_at_floor: self.is_at_floor(&fit),
             fit,
         };
-        self.score(&mut scored);
         let ids = scored.fit.ids();
         // A scale-free score does not see the variance that a random effect predicts.
         let is_random = scored.fit.model.is_random();
@@ -204,22 +235,6 @@ impl<'a> Pool<'a> {
         (self.sets.values()).any(|set| score(&set.likelihood) > least)
     }
 
-    fn score(&self, scored: &mut Scored) {
-        let Judge {
-            n_eff, credibility, ..
-        } = self.judge;
-        let likely = &scored.likelihood.optimum;
-        let free = scale_free(self.base, &scored.fit, n_eff);
-        let part = |weight: f64, score: f64| if weight > 0.0 { weight * score } else { 0.0 };
-        // The likelihood overrates a further term by more than its evidence says.
-        let settings = &self.base.settings;
-        let odds = scored.fit.model.members.len() as f64 * settings.effect_log_odds;
-        scored.score = part(
-            credibility,
-            likely.score(self.least.0) + odds / settings.learning_rate,
-        ) + part(1.0 - credibility, free.score(self.least.1));
-    }
-
     /// Fits the model without effects in either metric, and judges by the likelihood if its noise is credible there.
     pub fn begin(&mut self, model: &Model, starts: &[Vec<f64>]) {
         self.add_fitted(model, starts, None);
@@ -310,10 +325,10 @@ impl<'a> Pool<'a> {
     }
 
     fn score_all(&mut self) {
-        self.least = self.least_data();
-        let mut sets = std::mem::take(&mut self.sets);
-        sets.values_mut().for_each(|set| self.score(set));
-        self.sets = sets;
+        self.judge.least = self.least_data();
+        for set in self.sets.values_mut() {
+            set.score = self.judge.score(self.base, &set.fit, &set.likelihood);
+        }
     }
 
     pub fn best(&self) -> &Scored {
