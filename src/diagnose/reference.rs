@@ -5,9 +5,9 @@
 //! except those that an effect widens.
 //!
 //! An effect in these runs may have been present before, if the reference runs do not show it. Each is therefore
-//! judged by the joint score of both groups, each scored as in its own search: as an effect of these runs alone (free by
-//! group) and as an effect of the motor of both (shared). Unless the first is confidently more probable, the effect belongs to the reference, and
-//! these runs are searched again.
+//! judged by the joint score of both groups, each scored as in its own search: as an effect of these runs alone (free
+//! by group) and as an effect of the motor of both (shared). Unless the first is confidently more probable, the effect
+//! belongs to the reference, and these runs are searched again.
 
 use nalgebra::DMatrix;
 
@@ -121,14 +121,9 @@ fn shared(
     // Each effect with its fitted values.
     let motor = best.fit.model.motor(&best.fit.x);
     let fitted = Member::of(&motor);
+    let with_values = |own: &Member| fitted.iter().find(|one| one.index == own.index).cloned();
     let members: Vec<Member> = (best.fit.model.members.iter())
-        .map(|own| {
-            fitted
-                .iter()
-                .find(|one| one.index == own.index)
-                .unwrap_or(own)
-        })
-        .cloned()
+        .map(|own| with_values(own).unwrap_or_else(|| own.clone()))
         .collect();
     // The same prior odds of an effect, whichever model has it.
     let odds = |group: &Searched| group.found.judge.odds(1, settings);
@@ -138,12 +133,9 @@ fn shared(
     let tried = members.iter().filter(is_new).filter_map(|member| {
         let with = fit.model.members.iter().chain([member]).cloned();
         let with = Model::new(&then.base, with.collect());
-        let starts = [fit, &best.fit].map(|from| with.start_from(&from.model, &from.x));
-        let with = least_squares(
-            &reference.segments,
-            &with,
-            &[&starts[..], &[with.start()]].concat(),
-        )?;
+        let start_from = |from: &Fit| with.start_from(&from.model, &from.x);
+        let starts = [with.start(), start_from(fit), start_from(&best.fit)];
+        let with = least_squares(&reference.segments, &with, &starts)?;
         let (motor, posterior) = posterior_of(&reference.segments, &then.base, &with);
         let base = now.base.after(motor, posterior);
         let rest = members.iter().filter(|other| other.index != member.index);

@@ -2,7 +2,7 @@
 
 use crate::recorded::driven;
 use crate::support::command::run;
-use case_generator::generate;
+use case_generator::{Chosen, Effect, Motor as TrueMotor, generate, record_chosen};
 use motorlab::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use motorlab::motor::{ActiveEffect, Motor};
 use motorlab::recording::{Run, read_run_from};
@@ -222,4 +222,54 @@ fn undetermined_parameters_are_not_reported_as_changed() {
     // Effects of these runs are shared with the reference.
     let effects = found.reference.expect("reference runs").effects;
     assert_eq!(effects, ["dead_zone"]);
+}
+
+/// Backlash is invisible in a staircase in one direction: that later runs in both directions show it is no change.
+#[test]
+fn an_effect_that_the_reference_does_not_show_is_no_change() {
+    let motor = with(motor(), "backlash", &[0.05, 0.5, 0.0]);
+    let levels = [1.0, 2.0, 3.0, 3.5, 4.0, 4.5];
+    let command = (0..SAMPLES).map(|k| levels[k * levels.len() / SAMPLES]);
+    let then = driven(&motor, command.collect(), SAMPLE_TIME_S);
+    let found = since(&recorded(&motor, 2), &then, &Motor::default());
+    assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
+    let effects = found.reference.expect("reference runs").effects;
+    assert_eq!(effects, ["backlash"]);
+}
+
+/// A recording of 12 s in both directions under a random load of 0.5 % of stall, by the independent generator.
+fn loaded(effects: &[(&str, &[(&str, f64)])], first: usize, seed: u64) -> Run {
+    let levels = [3.0, -3.0, 4.5, -4.5, 1.5, -1.5, 2.0, -4.0, 0.8, -2.0];
+    let effect = |(id, values): &(&str, &[(&str, f64)])| Effect {
+        id: (*id).to_owned(),
+        parameters: (values.iter())
+            .map(|(key, value)| ((*key).to_owned(), *value))
+            .collect(),
+    };
+    let chosen = Chosen {
+        motor: TrueMotor::HANDOUT,
+        effects: effects.iter().map(effect).collect(),
+        protocol: "staircase".to_owned(),
+        sample_time_s: SAMPLE_TIME_S,
+        levels: (0..24)
+            .map(|k| (levels[(k + first) % levels.len()], 0.5))
+            .collect(),
+        load_share: 0.005,
+        load_time_s: 1.0,
+        seed,
+    };
+    let text = record_chosen(&chosen).expect("a recording").run.to_csv();
+    read_run_from(text.as_bytes(), "case").expect("a run").0
+}
+
+/// A change under a random load of a bench is named, and no change is none.
+#[test]
+fn a_change_under_a_random_load_is_named() {
+    let then = loaded(&[], 0, 11);
+    let same = since(&loaded(&[], 3, 12), &then, &Motor::default());
+    assert_eq!(same.verdict, Verdict::NoChange, "{}", same.sentence);
+    let load = [("constant_load", &[("torque_nm", 0.03)][..])];
+    let found = since(&loaded(&load, 3, 13), &then, &Motor::default());
+    assert_eq!(found.effects, ["constant_load"], "{}", found.sentence);
+    assert!(found.reference.expect("reference runs").effects.is_empty());
 }
