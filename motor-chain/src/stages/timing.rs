@@ -44,7 +44,9 @@ impl Effect for SampleJitter {
             (0.005, 1.0),
             Scale::SampleTime,
             Prior::LogUniform,
-        )],
+        )
+        // The middle of the spreads that show at usual resolutions, 5 % of the sample time and more.
+        .defaulting_to_scaled(0.2236)],
         random: true,
     };
 
