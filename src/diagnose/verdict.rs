@@ -93,7 +93,7 @@ pub(crate) fn joint(sets: &[Weighed], identified: &[Identified]) -> f64 {
     )
 }
 
-/// What a verdict follows from. Shares are of the nominal reducible squared error, held out.
+/// Evidence for a verdict. Shares are of the nominal reducible squared error, held out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Evidence<'a> {
     /// Whether the nominal model is within the noise floor.
