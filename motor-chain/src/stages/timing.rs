@@ -45,7 +45,7 @@ impl Effect for SampleJitter {
             Scale::SampleTime,
             Prior::LogUniform,
         )
-        // The middle of the spreads that show at usual resolutions, 5 % of the sample time and more.
+        // The geometric mean of 5 % and all of the sample time: spreads that show at usual resolutions.
         .defaulting_to_scaled(0.2236)],
         random: true,
     };
