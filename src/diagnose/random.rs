@@ -42,7 +42,8 @@ pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit 
                 (least, *x) = (cost, moved);
             }
         };
-        // A spread or a probability is known to a factor at first.
+        // A spread or a probability is known to a factor at first; at the least one it is at its bound.
+        try_at(lo, &mut x);
         (0..OCTAVES).for_each(|octave| try_at(lo + (hi - lo) * 0.5f64.powi(octave), &mut x));
         let mut step = 0.5 * (x[k] - lo);
         for _ in 0..REFINED {
